@@ -23,7 +23,7 @@ if(ODOMD_HAS_HTTPLIB)
   list(APPEND CPACK_COMPONENTS_ALL web)
 endif()
 set(CPACK_STRIP_FILES ON)
-# The unit and the configuration get the paths of the installation.
+# The unit and the configuration contain the paths of the installation.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -43,9 +43,9 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY >=)
 set(debian ${PROJECT_SOURCE_DIR}/debian)
 
 set(CPACK_COMPONENT_DAEMON_DESCRIPTION "real-time odometry daemon for cars with a CAN bus
-Turns a car's CAN bus (wheel speeds, IMU, steering) and the late poses of a
-camera into the car's pose, every 5 ms, in shared memory that controllers
-read without a copy. This package has the daemon and its systemd service.")
+Computes a car's pose from its CAN bus (wheel speeds, IMU, steering) and the
+late poses of a camera, every 5 ms, and writes it to shared memory that
+controllers read without a copy. Contains the daemon and its systemd service.")
 set(CPACK_DEBIAN_DAEMON_PACKAGE_NAME odomd)
 set(CPACK_DEBIAN_DAEMON_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_DAEMON_PACKAGE_DEPENDS "systemd, udev")
@@ -56,7 +56,7 @@ set(CPACK_DEBIAN_DAEMON_PACKAGE_CONTROL_EXTRA
 
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "client library of the odomd odometry daemon
 Reads the car's pose that odomd publishes in shared memory: the newest pose
-by copy or in place, past and predicted poses. Needs libc and libm alone.")
+copied or in place, past and predicted poses. Needs only libc and libm.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libodom0)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${debian}/triggers)
@@ -69,8 +69,8 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libodom0 (= ${ODOMD_PACKAGE_VERSION})")
 
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "command-line tools of the odomd odometry daemon
-Looks at a running daemon, replays and evaluates recorded drives, simulates a
-car, and looks into CAN databases.")
+Shows a running daemon, replays and evaluates recorded drives, simulates a
+car, and shows CAN databases.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME odom-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS odomd)
@@ -83,9 +83,9 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${ODOMD_PACKAGE_VERSION})")
 
 set(CPACK_COMPONENT_BRIDGE_DESCRIPTION "ROS 2 topics from the odomd odometry daemon
-Publishes the car's pose as the ROS 2 topics /odom and /tf, and takes poses of
-a localisation or motion capture from a topic, by Cyclone DDS and without ROS.
-This package has the program, and a systemd service for it.")
+Publishes the car's pose as the ROS 2 topics /odom and /tf, and receives poses
+of a localisation or motion capture from a topic, using Cyclone DDS without ROS.
+Contains the program and a systemd service for it.")
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_NAME odom-bridge)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_DEPENDS odomd)
@@ -95,22 +95,22 @@ set(CPACK_DEBIAN_BRIDGE_PACKAGE_CONTROL_EXTRA
   ${debian}/bridge/postinst ${debian}/bridge/prerm ${debian}/bridge/postrm)
 
 set(CPACK_COMPONENT_TRACK_DESCRIPTION "markers in films for the odomd odometry daemon
-Finds two markers on a car through a film from above, by OpenCV, from which odom
-identify stiffness measures the tyres.")
+Tracks two markers on a car in a film from above, using OpenCV. odom identify
+stiffness measures the tyres from these tracks.")
 set(CPACK_DEBIAN_TRACK_PACKAGE_NAME odom-track)
 set(CPACK_DEBIAN_TRACK_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_TRACK_PACKAGE_DEPENDS odom-tools)
 
 set(CPACK_COMPONENT_FIT_DESCRIPTION "parameter fit for the odomd odometry daemon
-Finds a car's parameters from a drive with the poses of a camera, by Ceres: odom
+Determines a car's parameters from a drive with camera poses, using Ceres: odom
 identify fit.")
 set(CPACK_DEBIAN_FIT_PACKAGE_NAME odom-fit)
 set(CPACK_DEBIAN_FIT_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_FIT_PACKAGE_DEPENDS odom-tools)
 
 set(CPACK_COMPONENT_WEB_DESCRIPTION "web page of the odomd odometry daemon
-Shows a running daemon in a browser, also on a phone, and gives metrics to
-Prometheus: odom serve. This package has the program, and a systemd service.")
+Shows a running daemon in a browser, also on a phone, and provides metrics for
+Prometheus: odom serve. Contains the program and a systemd service.")
 set(CPACK_DEBIAN_WEB_PACKAGE_NAME odom-web)
 set(CPACK_DEBIAN_WEB_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_WEB_PACKAGE_DEPENDS odomd)

@@ -10,7 +10,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 
-# Quick rebuilds after each change. ccache and mold are used where they are installed.
+# For quick rebuilds, ccache and mold are used if they are installed.
 if(ODOMD_REBUILD_FAST)
   find_program(ODOMD_CCACHE ccache)
   find_program(ODOMD_MOLD mold)
@@ -24,7 +24,7 @@ if(ODOMD_REBUILD_FAST)
   endif()
 endif()
 
-# Where tests find the programs that they start. A cross build has scripts there that start an emulator.
+# Folder of the programs that tests start. In a cross build it contains scripts that start an emulator.
 set(ODOMD_TEST_PROGRAMS ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} CACHE PATH "Programs that the tests start")
 mark_as_advanced(ODOMD_TEST_PROGRAMS)
 
@@ -39,7 +39,7 @@ target_compile_options(odomd_options INTERFACE
   -Wundef -Wvla -Werror
   # Designated initialisers omit default members.
   -Wno-missing-field-initializers
-  # The same inputs give the same bits: no fused multiply-add that depends on the target.
+  # For bit-identical results: no fused multiply-add, which depends on the target.
   -ffp-contract=off
   # GCC 12 warns of overlaps in "literal" + std::string that do not exist (GCC bug 105651).
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>
@@ -84,7 +84,7 @@ function(odomd_test name)
   # The tested code is optimised as in a release; the tests themselves compile faster without optimisation.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ODOMD_TESTS_WITHOUT_UBSAN AND ODOMD_SANITIZE MATCHES "undefined")
-    target_link_libraries(${name} PRIVATE odomd_without_ubsan) # linked last: its options come last
+    target_link_libraries(${name} PRIVATE odomd_without_ubsan) # linked last, so that its options come last
   endif()
   set(timeout 300)
   if(CMAKE_CROSSCOMPILING OR ODOMD_SANITIZE)

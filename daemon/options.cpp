@@ -158,7 +158,7 @@ void add_options(CLI::App& app, Options& options) {
   };
   for (const Text& text : texts)
     app.add_option(text.name, options.*text.value, text.help)->type_name(text.type);
-  app.add_option("--log-level", options.log_level, "Lowest severity of message to log")
+  app.add_option("--log-level", options.log_level, "Lowest severity of messages to log")
       ->type_name("trace|debug|info|warn|error|critical|off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"})
                   .description(""));

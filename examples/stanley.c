@@ -1,15 +1,15 @@
-/* A path-following controller on odomd's pose, in C: what to look at before driving by a pose.
+/* A path-following controller that uses odomd's pose, in C. Shows what to check before steering.
  *
  *   stanley_c --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
  *             [--max-sigma M] [--max-sigma-yaw RAD]
  *
- * Every pose gives one command, printed as
+ * For each pose it prints one command:
  *   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
- * where a car would hand steering and speed to its actuators. The path is a CSV file that names the
- * columns x and y and, where it has one, speed or vx: truth.csv of `odom sim` is one.
+ * A car would send steering and speed to its actuators instead. The path is a CSV file with the
+ * columns x and y and, optionally, speed or vx, such as truth.csv of `odom sim`.
  *
- * Stanley's law steers the front axle onto the path, from the pose predicted to the moment at which
- * the steering will have moved:  steering = heading error - atan(gain * cross_track / speed).
+ * Stanley's law steers the front axle onto the path. It uses the pose predicted to the time at
+ * which the steering will have moved:  steering = heading error - atan(gain * cross_track / speed).
  */
 #include <getopt.h>
 #include <inttypes.h>
@@ -24,12 +24,12 @@
 
 static const double pi = 3.14159265358979323846;
 static const double gain = 2.0;          /* 1/s */
-static const double softening = 0.5;     /* m/s, added to the speed: calmer steering when slow */
+static const double softening = 0.5;     /* m/s, added to the speed: smoother steering when slow */
 static const double max_steering = 0.4;  /* rad */
-static const double max_distance = 1.0;  /* m from the path; beyond it the car is lost */
-static const double min_spacing = 0.02;  /* m from point to point */
-static const double closing_gap = 0.5;   /* m from end to start; below it the path is a loop */
-static const double degraded_part = 0.5; /* share of the speed when the pose is degraded */
+static const double max_distance = 1.0;  /* m from the path; above it, the car is lost */
+static const double min_spacing = 0.02;  /* m between points */
+static const double closing_gap = 0.5;   /* m from end to start; below it, the path is a loop */
+static const double degraded_part = 0.5; /* fraction of the speed while the pose is degraded */
 /* Stop above these sigmas: the car may have left its lane. */
 static const double lane_sigma = 0.3;     /* m, --max-sigma: the lane has 3 sigma on each side */
 static const double lane_sigma_yaw = 0.2; /* rad, --max-sigma-yaw */
@@ -87,7 +87,7 @@ static path read_path(const char* name, double speed) {
   if (file == NULL || fgets(line, sizeof line, file) == NULL) fail(name, "cannot be read");
   const int x = column(line, "x"), y = column(line, "y");
   const int v = column(line, "speed") >= 0 ? column(line, "speed") : column(line, "vx");
-  if (x < 0 || y < 0) fail(name, "the first line names no columns x and y");
+  if (x < 0 || y < 0) fail(name, "the first line has no columns x and y");
 
   path route = {calloc(MAX_POINTS, sizeof(point)), 0, false};
   if (route.points == NULL) fail(name, "no memory");
@@ -103,7 +103,7 @@ static path read_path(const char* name, double speed) {
   if (route.count < 2) fail(name, "a path needs two points");
 
   route.closed = distance(&route.points[0], &route.points[route.count - 1]) < closing_gap;
-  for (int i = 0; i < route.count; ++i) { /* yaw to the next point, the last as the one before */
+  for (int i = 0; i < route.count; ++i) { /* yaw towards the next point; last: as the one before */
     const point* p = &route.points[i + 1 < route.count ? i : i - 1];
     route.points[i].yaw = atan2(p[1].y - p[0].y, p[1].x - p[0].x);
   }
@@ -142,7 +142,7 @@ static command follow(const path* route, int* last, const odom_pose* pose, doubl
   const double heading_error = remainder(p->yaw - front.yaw, 2.0 * pi);
   double steering = heading_error - atan2(gain * cross_track, softening + fabs(front.speed));
   steering = fmax(-max_steering, fmin(max_steering, steering));
-  if (pose->mode == ODOM_DEGRADED) /* a condition bit says why: drive on with care */
+  if (pose->mode == ODOM_DEGRADED) /* a condition bit shows why: drive carefully */
     return (command){"degraded", steering, degraded_part * p->speed, cross_track};
   return (command){"drive", steering, p->speed, cross_track};
 }
@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
       {"speed", required_argument, NULL, 'v'},         {"max-sigma", required_argument, NULL, 'm'},
       {"max-sigma-yaw", required_argument, NULL, 'y'}, {NULL, 0, NULL, 0}};
   const char *path_name = NULL, *shm = NULL;
-  long cycles = -1;                 /* without end */
+  long cycles = -1;                 /* no limit */
   double delay = 0.02, speed = 1.0; /* s from pose to moved steering; m/s if the path has none */
   double max_sigma = lane_sigma, max_sigma_yaw = lane_sigma_yaw;
   for (int option; (option = getopt_long(argc, argv, "", options, NULL)) != -1;) {
@@ -171,7 +171,7 @@ int main(int argc, char** argv) {
   const path route = read_path(path_name, speed);
   setvbuf(stdout, NULL, _IOLBF, 0);
 
-  odom_client* client = NULL; /* the daemon may come later */
+  odom_client* client = NULL; /* the daemon may start later */
   for (odom_status status; (status = odom_open(shm, &client)) != ODOM_OK;) {
     fprintf(stderr, "stanley: waiting: %s\n", odom_strstatus(status));
     nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
@@ -184,17 +184,17 @@ int main(int argc, char** argv) {
   int last = -1; /* index on the path; -1: unknown */
   printf("tick,state,steering,speed,cross_track,reset_count,instance\n");
   for (; cycles != 0; cycles -= cycles > 0) {
-    command now = {.state = "silent"}; /* all zero: stop without a fresh pose */
+    command now = {.state = "silent"}; /* all zero: stops if there is no fresh pose */
     const uint64_t instance = info.instance_id;
     const odom_status status = odom_wait(client, &pose, sizeof pose, 10 * info.period_ns);
     odom_get_info(client, &info, sizeof info);
-    /* After a restart, and after a jump of the map pose, we may be anywhere along the path. */
+    /* After a restart or a jump of the map pose, the car may be anywhere along the path. */
     if (info.instance_id != instance || pose.reset_count != resets) last = -1;
     resets = pose.reset_count;
 
     odom_pose ahead;
     if (status != ODOM_OK)
-      last = -1; /* stale, timed out, no pose yet: the client re-attaches by itself */
+      last = -1; /* stale, timed out or no pose yet; the client re-attaches by itself */
     else if (pose.mode == ODOM_INITIALISING || pose.mode == ODOM_FAULT)
       now.state = odom_mode_name(pose.mode);
     else if (odom_predict(&pose, pose.time_ns + (int64_t)(delay * 1e9), &ahead) != ODOM_OK)

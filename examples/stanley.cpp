@@ -1,15 +1,15 @@
-// A path-following controller on odomd's pose, in C++: what to look at before driving by a pose.
+// A path-following controller that uses odomd's pose, in C++. Shows what to check before steering.
 //
 //   stanley_cpp --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
 //               [--max-sigma M] [--max-sigma-yaw RAD]
 //
-// Every pose gives one command, printed as
+// For each pose it prints one command:
 //   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
-// where a car would hand steering and speed to its actuators. The path is a CSV file that names the
-// columns x and y and, where it has one, speed or vx: truth.csv of `odom sim` is one.
+// A car would send steering and speed to its actuators instead. The path is a CSV file with the
+// columns x and y and, optionally, speed or vx, such as truth.csv of `odom sim`.
 //
-// Stanley's law steers the front axle onto the path, from the pose predicted to the moment at which
-// the steering will have moved:  steering = heading error - atan(gain * cross_track / speed).
+// Stanley's law steers the front axle onto the path. It uses the pose predicted to the time at
+// which the steering will have moved:  steering = heading error - atan(gain * cross_track / speed).
 #include <getopt.h>
 
 #include <algorithm>
@@ -32,12 +32,12 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double gain = 2.0;           // 1/s
-constexpr double softening = 0.5;      // m/s, added to the speed: calmer steering when slow
+constexpr double softening = 0.5;      // m/s, added to the speed: smoother steering when slow
 constexpr double max_steering = 0.4;   // rad
-constexpr double max_distance = 1.0;   // m from the path; beyond it the car is lost
-constexpr double min_spacing = 0.02;   // m from point to point
-constexpr double closing_gap = 0.5;    // m from end to start; below it the path is a loop
-constexpr double degraded_part = 0.5;  // share of the speed when the pose is degraded
+constexpr double max_distance = 1.0;   // m from the path; above it, the car is lost
+constexpr double min_spacing = 0.02;   // m between points
+constexpr double closing_gap = 0.5;    // m from end to start; below it, the path is a loop
+constexpr double degraded_part = 0.5;  // fraction of the speed while the pose is degraded
 // Stop above these sigmas: the car may have left its lane.
 constexpr double lane_sigma = 0.3;      // m, --max-sigma: the lane has 3 sigma on each side
 constexpr double lane_sigma_yaw = 0.2;  // rad, --max-sigma-yaw
@@ -57,7 +57,7 @@ struct Path {
 };
 
 struct Command {
-  const char* state = "silent";  // all zero: stop without a fresh pose
+  const char* state = "silent";  // all zero: stops if there is no fresh pose
   double steering = 0.0;
   double speed = 0.0;
   double cross_track = 0.0;
@@ -89,7 +89,7 @@ Path read_path(const std::string& name, double speed) {
   const std::size_t y = column("y");
   const std::size_t v = column("speed") < header.size() ? column("speed") : column("vx");
   if (x == header.size() || y == header.size())
-    throw std::invalid_argument(name + ": the first line names no columns x and y");
+    throw std::invalid_argument(name + ": the first line has no columns x and y");
 
   Path path;
   while (std::getline(file, line)) {
@@ -152,12 +152,12 @@ Command follow(const Path& path, int& last, const odom::Pose& pose, double front
   const double steering =
       std::clamp(heading_error - std::atan2(gain * cross_track, softening + std::abs(front.speed)),
                  -max_steering, max_steering);
-  if (pose.mode == ODOM_DEGRADED)  // a condition bit says why: drive on with care
+  if (pose.mode == ODOM_DEGRADED)  // a condition bit shows why: drive carefully
     return {"degraded", steering, degraded_part * p.speed, cross_track};
   return {"drive", steering, p.speed, cross_track};
 }
 
-odom::Client open_client(const char* name) {  // the daemon may come later
+odom::Client open_client(const char* name) {  // the daemon may start later
   for (;;) {
     auto client = odom::Client::open(name);
     if (client) return std::move(*client);
@@ -179,9 +179,9 @@ int main(int argc, char** argv) try {
                             {nullptr, 0, nullptr, 0}};
   const char* path_name = nullptr;
   const char* shm = nullptr;
-  long cycles = -1;     // without end
+  long cycles = -1;     // no limit
   double delay = 0.02;  // s, from the pose to the moved steering
-  double speed = 1.0;   // m/s, if the path has none
+  double speed = 1.0;   // m/s, if the path has no speed
   double max_sigma = lane_sigma;
   double max_sigma_yaw = lane_sigma_yaw;
   for (int key = 0; (key = getopt_long(argc, argv, "", options, nullptr)) != -1;) {
@@ -211,12 +211,12 @@ int main(int argc, char** argv) try {
     const auto fresh = client.wait(pose, std::chrono::nanoseconds(10 * info.period_ns));
     if (fresh.has_value()) pose = *fresh;
     info = *client.info();
-    // After a restart, and after a jump of the map pose, we may be anywhere along the path.
+    // After a restart or a jump of the map pose, the car may be anywhere along the path.
     if (info.instance_id != before.instance_id || pose.reset_count != resets) last = -1;
 
     Command command;
     if (!fresh) {
-      last = -1;  // stale, timed out, no pose yet: the client re-attaches by itself
+      last = -1;  // stale, timed out or no pose yet; the client re-attaches by itself
     } else if (pose.mode == ODOM_INITIALISING || pose.mode == ODOM_FAULT) {
       command.state = odom::mode_name(pose.mode);
     } else if (const auto ahead = odom::predict(pose, pose.time_ns + delay_ns); !ahead) {

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""A path-following controller on odomd's pose, in Python: what to look at before driving by a pose.
+"""A path-following controller that uses odomd's pose, in Python: what to check before steering.
 
   stanley.py --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
              [--max-sigma M] [--max-sigma-yaw RAD]
 
-Every pose gives one command, printed as
+For each pose it prints one command:
   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
-where a car would hand steering and speed to its actuators. The path is a CSV file that names the
-columns x and y and, where it has one, speed or vx: truth.csv of `odom sim` is one.
+A car would send steering and speed to its actuators instead. The path is a CSV file with the
+columns x and y and, optionally, speed or vx, such as truth.csv of `odom sim`.
 
-Stanley's law steers the front axle onto the path, from the pose predicted to the moment at which
+Stanley's law steers the front axle onto the path. It uses the pose predicted to the time at which
 the steering will have moved:  steering = heading error - atan(gain * cross_track / speed).
 """
 
@@ -25,12 +25,12 @@ from typing import NamedTuple
 import odom
 
 GAIN = 2.0  # 1/s
-SOFTENING = 0.5  # m/s, added to the speed: calmer steering when slow
+SOFTENING = 0.5  # m/s, added to the speed: smoother steering when slow
 MAX_STEERING = 0.4  # rad
-MAX_DISTANCE = 1.0  # m from the path; beyond it the car is lost
-MIN_SPACING = 0.02  # m from point to point
-CLOSING_GAP = 0.5  # m from end to start; below it the path is a loop
-DEGRADED_PART = 0.5  # share of the speed when the pose is degraded
+MAX_DISTANCE = 1.0  # m from the path; above it, the car is lost
+MIN_SPACING = 0.02  # m between points
+CLOSING_GAP = 0.5  # m from end to start; below it, the path is a loop
+DEGRADED_PART = 0.5  # fraction of the speed while the pose is degraded
 # Stop above these sigmas: the car may have left its lane.
 LANE_SIGMA = 0.3  # m, --max-sigma: the lane has 3 sigma on each side
 LANE_SIGMA_YAW = 0.2  # rad, --max-sigma-yaw
@@ -51,7 +51,7 @@ class Path(NamedTuple):
 
 
 class Command(NamedTuple):
-    state: str = "silent"  # all zero: stop without a fresh pose
+    state: str = "silent"  # all zero: stops if there is no fresh pose
     steering: float = 0.0
     speed: float = 0.0
     cross_track: float = 0.0
@@ -62,13 +62,13 @@ def distance(a: Point, b: Point) -> float:
 
 
 def read_path(name: str, speed: float) -> Path:
-    """Rows in which the car stands, or that lie too close to the one before, are left out."""
+    """Leaves out rows of a stationary car, and rows too close to the one before."""
     points: list[Point] = []
     with open(name, newline="", encoding="utf-8") as file:
         rows = csv.DictReader(file)
         columns = rows.fieldnames or []
         if "x" not in columns or "y" not in columns:
-            raise ValueError(f"{name}: the first line names no columns x and y")
+            raise ValueError(f"{name}: the first line has no columns x and y")
         v = next((column for column in ("speed", "vx") if column in columns), None)
         for row in rows:
             try:
@@ -88,7 +88,7 @@ def read_path(name: str, speed: float) -> Path:
 
 
 def nearest(path: Path, at: Point, last: int | None) -> int:
-    """The point of the path nearest to `at`: around the last one, or anywhere without one."""
+    """The point of the path nearest to `at`: around the last one, or everywhere if there is none."""
     count = len(path.points)
     if last is None or count <= POINTS_BEHIND + POINTS_AHEAD:
         near = range(count)
@@ -100,7 +100,7 @@ def nearest(path: Path, at: Point, last: int | None) -> int:
 
 
 def is_known(pose: odom.Pose, sigmas: tuple[float, float]) -> bool:
-    """Well enough to keep the lane."""
+    """Whether the pose is certain enough to keep the lane."""
     try:
         return pose.position_sigma <= sigmas[0] and math.sqrt(pose.covariance[5]) <= sigmas[1]
     except ValueError:  # a negative variance
@@ -126,13 +126,13 @@ def follow(path: Path, last: int | None, pose: odom.Pose, front_axle: float) -> 
     heading_error = math.remainder(p.yaw - front.yaw, 2.0 * math.pi)
     steering = heading_error - math.atan2(GAIN * cross_track, SOFTENING + abs(front.speed))
     steering = max(-MAX_STEERING, min(MAX_STEERING, steering))
-    if pose.mode == odom.Mode.DEGRADED:  # a condition says why: drive on with care
+    if pose.mode == odom.Mode.DEGRADED:  # a condition bit shows why: drive carefully
         return here, Command("degraded", steering, DEGRADED_PART * p.speed, cross_track)
     return here, Command("drive", steering, p.speed, cross_track)
 
 
 def open_client(name: str | None) -> odom.Client:
-    while True:  # the daemon may come later
+    while True:  # the daemon may start later
         try:
             return odom.Client(name)
         except odom.OdomError as error:
@@ -159,7 +159,7 @@ def control(
         except odom.OdomError:
             fresh = False  # no pose yet, or timed out
         info = client.info()
-        # After a restart, and after a jump of the map pose, we may be anywhere along the path.
+        # After a restart or a jump of the map pose, the car may be anywhere along the path.
         if (info.instance_id, pose.reset_count if pose else 0) != before:
             last = None
 

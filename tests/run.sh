@@ -1,13 +1,13 @@
 #!/bin/bash
-# The whole test suite, nothing skipped: formatting, release build and unit tests, those of the daemon
-# and libodom under AddressSanitizer and UBSan too (tests/campaign/asan.sh has the rest), and the lab
-# (a virtual machine with a real CAN bus and PREEMPT_RT).
+# The whole test suite, with nothing skipped: formatting, release build and unit tests; those of the
+# daemon and libodom also under AddressSanitizer and UBSan (tests/campaign/asan.sh runs the rest); and
+# the lab (a virtual machine with a real CAN bus and PREEMPT_RT).
 #
 #   bash tests/run.sh
-#   bash tests/run.sh --quick    for small changes: formatting, release build and unit tests, no more
+#   bash tests/run.sh --quick    for small changes: only formatting, release build and unit tests
 #
 # Installs the packages it needs (Debian). ODOMD_DRIVES=DIRECTORY[:DIRECTORY...] adds the tests on
-# real drives; without it these say `not run: N`. The last line is `N passed, N failed`; the exit status is 0
+# real drives; without it, they print `not run: N`. The last line is `N passed, N failed`; the exit status is 0
 # only when nothing failed. Logs stay in build/logs.
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -24,7 +24,7 @@ summary=()
 failures=()
 logs=build/logs
 
-# Compiling an Eigen file takes up to 1.5 GB: a machine with little memory runs fewer compilers.
+# Compiling an Eigen file takes up to 1.5 GB, so a machine with little memory runs fewer compilers.
 jobs=$(nproc)
 memory_jobs=$(awk '/^MemAvailable/ {print int($2 / 1500000)}' /proc/meminfo)
 [ "$jobs" -le "$memory_jobs" ] || jobs=$((memory_jobs > 1 ? memory_jobs : 1))
@@ -117,7 +117,7 @@ unit_tests() {
 # priority.
 lab_job= lab_begin=0
 start_lab() {
-  echo "=== lab, in parallel with what follows"
+  echo "=== lab, in parallel with the following steps"
   lab_begin=$SECONDS
   LAB_TIMEOUT=${LAB_TIMEOUT:-900} tests/lab/lab.sh test >"$logs/lab.log" 2>&1 &
   lab_job=$!

@@ -1,11 +1,11 @@
 #!/bin/bash
-# Shows the main job live, without any CAN hardware: builds odomd, drives a simulated car for a lap in
-# real time, and reports how well its pose was known.
+# Demonstrates odomd live, without any CAN hardware: builds it, drives a simulated car for a lap in
+# real time, and reports how accurate its pose was.
 #
 #   bash tools/demo.sh
 #
-# The simulator plays the car's CAN bus into odomd's standard input and the camera's poses into its
-# socket; a client reads the pose from shared memory all the while. The results (poses, report, picture) are in build/demo. ODOMD_DEMO_ARGUMENTS are handed to `odom sim`: --laps 3, --scenario ...
+# The simulator sends the car's CAN frames to odomd's standard input and the camera poses to its
+# socket, while a client reads the pose from shared memory. The results (poses, report, picture) are in build/demo. ODOMD_DEMO_ARGUMENTS are passed to `odom sim`: --laps 3, --scenario ...
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,7 +15,7 @@ cd "$(dirname "$0")/.."
 }
 tools/dependencies.sh build
 echo "=== building"
-# The demonstration needs no tests; a tree that is configured already keeps its choice.
+# The demonstration needs no tests; a tree that is already configured keeps its settings.
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DODOMD_TESTS=OFF)
 mkdir -p build/logs
@@ -74,7 +74,7 @@ odom pose --shm "$shm" --wait 10 --follow --until-stale 2>/dev/null |
 watcher=$!
 children=("$daemon" "$driving" "$client" "$watcher")
 
-# The daemon's counts are gone when it ends: keep its last answer.
+# The counts are lost when the daemon ends, so keep its last answer.
 noted=
 while kill -0 "$daemon" 2>/dev/null; do
   ! odom status --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.txt"
@@ -106,7 +106,7 @@ sed -n '/^beat/,/^real time/p' "$out/status.txt"
 sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
 echo
 sed -n '/^calibration /,/^$/p' "$out/status.txt"
-# Missed cycles are in the beat's own count above, taken up to half a second before the end; the client's count of the same would differ.
+# Missed cycles are counted by the beat (above), up to half a second before the end; the count of the client would differ.
 echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"
 echo
 echo "poses, logs, evaluation and status: $out"

@@ -2,15 +2,15 @@
 # Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench |
 # aarch64 | release
 #
-#   build     what compiles and installs the programs, except odom-track (libopencv-dev) and
+#   build     to compile and install the programs, except odom-track (libopencv-dev) and
 #             odom-fit (libceres-dev)
-#   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
-#   campaign  test, and what the longer work needs (clang, clang-tidy)
-#   bench     build, and what the benchmarks need and are compared with (cyclictest, iceoryx)
+#   test      build, and for the test command (GoogleTest, can-utils, the lab's machine)
+#   campaign  test, and for the campaigns (clang, clang-tidy)
+#   bench     build, and for the benchmarks and their comparison (cyclictest, iceoryx)
 #   aarch64   test, and the cross compiler and emulator for 64-bit ARM
-#   release   what tools/release.sh needs: it installs what it builds with in a root directory of its own
+#   release   for tools/release.sh, which installs what it builds with in a separate root directory
 #
-# Says nothing and needs neither network nor root when everything is there.
+# If everything is installed, it prints nothing and needs neither network nor root.
 set -eu
 
 build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusplus-dev libcli11-dev
@@ -60,8 +60,8 @@ fi
 
 echo "installing$missing"
 export DEBIAN_FRONTEND=noninteractive
-# If the mirror is out of reach, the package lists at hand may suffice.
-$as_root apt-get -q update || echo "dependencies.sh: apt-get update failed, going on" >&2
+# If the mirror cannot be reached, the existing package lists may be sufficient.
+$as_root apt-get -q update || echo "dependencies.sh: apt-get update failed, continuing" >&2
 $as_root env DEBIAN_FRONTEND=noninteractive \
   apt-get -q install -y --no-install-recommends $missing </dev/null || {
   echo "dependencies.sh: apt-get could not install$missing" >&2

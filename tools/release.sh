@@ -4,21 +4,21 @@
 #   tools/release.sh [--arch LIST] [--sign KEY] [--out DIRECTORY] [--index]
 #
 #   --arch LIST       architectures of the packages: amd64, arm64 or both (default amd64,arm64)
-#   --sign KEY        sign the package index with this key of gpg (default: unsigned)
-#   --out DIRECTORY   where they go (default dist); an earlier release there is replaced
-#   --index           only index the packages that are in DIRECTORY: to add some, or to sign later
-#   --help            this
+#   --sign KEY        sign the package index with this gpg key (default: unsigned)
+#   --out DIRECTORY   folder for the files (default dist); an earlier release there is replaced
+#   --index           only index the packages in DIRECTORY, after adding some, or to sign later
+#   --help            print this help
 #
 #   tools/release.sh
 #   tools/release.sh --arch arm64 --sign release@example.org --out /srv/odomd
 #
-# DIRECTORY is also an apt repository. In it are the source (.orig.tar.xz, as committed), the Debian source package, the
-# packages, the client as a Python wheel, and SHA256SUMS. The same commit gives the same sums, the signature's apart.
+# DIRECTORY is also an apt repository. It contains the source (.orig.tar.xz, as committed), the Debian source package, the
+# packages, the client as a Python wheel, and SHA256SUMS. The same commit gives the same sums, except for the signature.
 #
-# The packages are built from the source package in a fresh Debian 12 below $TMPDIR (some 3 GB), by mmdebstrap and
-# without changes to this machine; arm64 is cross-built. That needs root, or user namespaces, and Debian's mirror.
+# The packages are built from the source package in a fresh Debian 12 below $TMPDIR (about 3 GB), with mmdebstrap and
+# without changes to this machine; arm64 is cross-built. This needs root or user namespaces, and a Debian mirror.
 # A commit without the tag of its version (v0.1.0) gets an earlier version: 0.1.0~202611261713.4d629c15.
-# ODOMD_CCACHE=DIRECTORY keeps compiled files there for the next time.
+# ODOMD_CCACHE=DIRECTORY keeps compiled files there for the next build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -49,7 +49,7 @@ done
   wrong "$out has files, but is not a release: name another --out"
 tools/dependencies.sh release
 [ -z "$key" ] || gpg --list-secret-keys "$key" >/dev/null 2>&1 || wrong "--sign: gpg has no secret key '$key'"
-[ -n "$only_index" ] || git diff --quiet HEAD || echo "release: this is HEAD: changes that are not committed stay out" >&2
+[ -n "$only_index" ] || git diff --quiet HEAD || echo "release: HEAD is released: uncommitted changes are not included" >&2
 
 say() { echo "=== $*"; }
 

@@ -7,15 +7,14 @@
         while True:
             try:
                 pose = client.wait(pose, timeout=0.1)
-            except odom.OdomError:  # silent or gone: stop the car; the client re-attaches by itself
+            except odom.OdomError:  # no daemon: stop the car; the client re-attaches by itself
                 continue
             ahead = odom.predict(pose, pose.time_ns + 20_000_000)  # when the steering will have moved
             if pose.mode != odom.Mode.FAULT and ahead.position_sigma <= 0.3:  # m: the lane
                 ...
 
-This module is a layer of ctypes over libodom, the C library; `<odom/odom.h>` and libodom(3) have
-the details, and the names here are theirs. A read takes a few microseconds, nearly all of it
-Python's.
+This module wraps the C library libodom with ctypes and uses its names; for the details see
+`<odom/odom.h>` and libodom(3). A read takes a few microseconds, nearly all of them in Python.
 """
 
 from odom._camera import CameraSender

@@ -11,11 +11,11 @@ from odom._records import Clock
 
 
 class CameraSender:
-    """Sends camera poses to the daemon's camera socket; None: as odom_camera_open() finds it.
+    """Sends camera poses to the daemon's camera socket; None: that which odom_camera_open() finds.
 
-    Reconnects by itself when the daemon was restarted. Belongs to one thread at a time.
+    Reconnects by itself after a restart of the daemon. Use it from one thread at a time.
 
-    Raises OSError (ConnectionRefusedError, FileNotFoundError, ...) when the daemon is not there.
+    Raises OSError (ConnectionRefusedError, FileNotFoundError, ...) if no daemon is running.
     """
 
     __slots__ = ("_camera", "__weakref__")
@@ -43,7 +43,7 @@ class CameraSender:
             lib.odom_camera_close(self._camera)
 
     def close(self) -> None:
-        """Hangs up. Every later pose raises OSError (EINVAL)."""
+        """Closes the connection. Every later pose raises OSError (EINVAL)."""
         lib.odom_camera_close(self._camera)
         self._camera = c_void_p()
 
@@ -61,9 +61,9 @@ class CameraSender:
     ) -> None:
         """Sends the pose of the reference point at the time the picture was taken.
 
-        Map frame and axes, metres and radians. Never blocks. Raises OSError when the pose was
-        dropped: BlockingIOError (the daemon does not keep up), ConnectionRefusedError,
-        FileNotFoundError (it is not there now), EINVAL (not finite, a sigma that is not positive).
+        Map frame and axes, metres and radians. Never blocks. Raises OSError if the pose was
+        dropped: BlockingIOError (the daemon is too slow), ConnectionRefusedError or
+        FileNotFoundError (no daemon is running), EINVAL (not finite, or a sigma is not positive).
         """
         message = CameraMessageStruct(
             clock=clock,

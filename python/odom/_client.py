@@ -1,4 +1,4 @@
-"""The client: poses of a daemon, also after its restarts."""
+"""The client: reads the poses of a daemon, also across restarts."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from odom._records import (
 )
 
 _POSE_SIZE = sizeof(PoseStruct)
-_SLICE_NS = 200_000_000  # of a long wait: between two of them Python handles its signals
+_SLICE_NS = 200_000_000  # part of a long wait: Python handles signals between two parts
 _NOTHING_NEWER = (Status.STALE, Status.TIMEOUT, Status.NO_POSE)
 
 
 def predict(pose: Pose, time_ns: int) -> Pose:
-    """`pose` moved on to a time at most 100 ms ahead of it, by its velocities and derivatives.
+    """`pose` predicted to a time at most 100 ms ahead, from its velocities and their derivatives.
 
-    Position, yaw and velocities are exact for that motion, the covariance is grown, all else is
-    that of `pose`. Needs no client.
+    Position, yaw and velocities are exact for that motion, the covariance grows, and all else is
+    that of `pose`. No client is needed.
 
     Raises OdomError: TOO_NEW, TOO_OLD (before the pose), NO_POSE (an initialising pose).
     """
@@ -46,7 +46,7 @@ def predict(pose: Pose, time_ns: int) -> Pose:
 
 
 class _OneThread:
-    """Held during a call. The library does not lock, and would crash if two threads called it."""
+    """Held during a call. The library has no lock and would crash if two threads used a client."""
 
     __slots__ = ("_lock",)
 
@@ -62,17 +62,17 @@ class _OneThread:
 
 
 class Client:
-    """Attached to a segment, and to that of the next daemon after a restart.
+    """Attached to a segment; after a restart, to that of the new daemon.
 
         with odom.Client() as client:
             pose = client.wait()
 
-    `name` is a POSIX shm name ("/odomd") or a path; None: $ODOM_SHM, else the first of "/odomd" and
-    "/run/odomd/pose" whose daemon lives.
+    `name` is a POSIX shm name ("/odomd") or a path; None: $ODOM_SHM; if that is not set, the
+    segment that odom_open() finds.
 
-    Results are fresh, or the call raises: StaleError with the last pose if the daemon
-    is silent, and OdomError for all else. A client survives the daemon: go on calling, and it goes
-    over to the next one (`info().instance_id` has changed then).
+    Results are fresh; otherwise the call raises StaleError with the last pose if the daemon is
+    silent, or OdomError for all else. A client survives the daemon: keep calling, and it switches
+    to the next one (`info().instance_id` then changes).
 
     A client belongs to one thread at a time: open one for each thread. Two threads at once raise a
     RuntimeError. While a call waits, other Python threads run.
@@ -108,7 +108,7 @@ class Client:
             lib.odom_close(self._client)
 
     def close(self) -> None:
-        """Detaches from the segment. Every later call answers INVALID."""
+        """Detaches from the segment. Every later call raises INVALID."""
         with self._in_use:
             lib.odom_close(self._client)
             self._client = c_void_p()
@@ -119,10 +119,10 @@ class Client:
         return _answer(self.read_into(raw), raw)
 
     def read_into(self, raw: PoseStruct) -> Status:
-        """The newest pose into memory of the caller, for tight loops: nothing raises.
+        """Reads the newest pose into the caller's memory, for tight loops; raises nothing.
 
-        With OK and STALE `raw` is whole. This is what Python has of in-place access: of the copy,
-        some 20 ns, there is nothing to be saved where the call itself takes twenty times as long.
+        With OK and STALE `raw` is complete. Python has no access in place: the copy takes about 20 ns,
+        and the call itself twenty times as long.
         """
         with self._in_use:
             return Status(lib.odom_latest(self._client, byref(raw), _POSE_SIZE))
@@ -142,9 +142,9 @@ class Client:
     def at(self, time_ns: int) -> Pose:
         """The pose at a past time within the history, interpolated between two ticks.
 
-        Never across a jump: there the earlier tick is predicted to the time.
+        It never interpolates across a jump; there, the earlier tick is predicted to that time.
 
-        Raises StaleError (its `pose` is the one asked for), OdomError: TOO_OLD, TOO_NEW, RESET,
+        Raises StaleError (its `pose` is the requested one), OdomError: TOO_OLD, TOO_NEW, RESET,
         GAP, NO_POSE, BUSY.
         """
         raw = PoseStruct()
@@ -153,16 +153,16 @@ class Client:
         return _answer(status, raw)
 
     def predict(self, time_ns: int) -> Pose:
-        """The newest pose predicted to a time up to 100 ms ahead of it; a past one is looked up."""
+        """The newest pose predicted to a time up to 100 ms ahead; a past time is looked up."""
         pose = self.latest()
         return predict(pose, time_ns) if time_ns > pose.time_ns else self.at(time_ns)
 
     def wait(self, after: Pose | None = None, timeout: float = 1.0) -> Pose:
         """Sleeps until a pose newer than `after` is published, by this daemon or its successor.
 
-        Without `after`: newer than what is there now. `timeout` is in seconds.
+        Without `after`: newer than the present one. `timeout` is in seconds.
 
-        Raises StaleError when the time is up and the daemon silent, OdomError: TIMEOUT when it
+        Raises StaleError after the timeout if the daemon is silent, OdomError: TIMEOUT if it
         ticks but has published nothing newer, NO_POSE.
         """
         raw = PoseStruct()
@@ -171,10 +171,10 @@ class Client:
         return _answer(self.wait_into(raw, timeout), raw)
 
     def wait_into(self, raw: PoseStruct, timeout: float = 1.0) -> Status:
-        """Sleeps until a pose newer than the one in `raw` is there, and puts it there.
+        """Sleeps until a pose newer than the one in `raw` is published, and writes it to `raw`.
 
-        With `raw.tick == 0`: newer than what is there now. With OK and STALE `raw` is complete,
-        else it is unchanged. Raises ValueError for an invalid timeout.
+        With `raw.tick == 0`: newer than the present one. With OK and STALE `raw` is complete,
+        otherwise it is unchanged. Raises ValueError for an invalid timeout.
         """
         if not math.isfinite(timeout) or timeout < 0.0:
             raise ValueError(f"timeout: {timeout}: give seconds, 0 or more")
@@ -183,7 +183,7 @@ class Client:
         with self._in_use:
             if raw.tick == 0:
                 lib.odom_latest(self._client, byref(newest), _POSE_SIZE)
-            if newest.tick == 0:  # nothing there yet: whatever comes is newer
+            if newest.tick == 0:  # no pose yet: any pose is newer
                 newest.tick, newest.time_ns = 1, -(2**63)
             since_ns = newest.time_ns
             while True:
@@ -202,7 +202,7 @@ class Client:
         return self.read_into(PoseStruct()) == Status.STALE
 
     def info(self) -> Info:
-        """Data that do not change while a daemon runs. Of the last daemon if it is silent."""
+        """Data that do not change while a daemon runs; of the last daemon if it is silent."""
         raw = InfoStruct()
         with self._in_use:
             status = lib.odom_get_info(self._client, byref(raw), sizeof(raw))
@@ -211,7 +211,7 @@ class Client:
         return info_of(raw)
 
     def beat(self) -> Beat:
-        """The daemon's timing. Of the last daemon if it is silent."""
+        """The timing of the daemon; of the last one if it is silent."""
         raw = BeatStruct()
         with self._in_use:
             status = lib.odom_get_beat(self._client, byref(raw), sizeof(raw))
@@ -220,9 +220,9 @@ class Client:
         return beat_of(raw)
 
     def to_clock(self, clock: Clock, monotonic_ns: int) -> int:
-        """A CLOCK_MONOTONIC time on another clock, by the offsets of the segment.
+        """Converts a CLOCK_MONOTONIC time to another clock, using the offsets in the segment.
 
-        Raises OdomError: INVALID for Clock.LOG when no log is played.
+        Raises OdomError: INVALID for Clock.LOG if no log is played.
         """
         time_ns = c_int64()
         with self._in_use:

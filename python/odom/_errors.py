@@ -11,7 +11,7 @@ from odom._records import Details, Pose, Status
 
 
 class OdomError(Exception):
-    """A call without a usable answer; `status` says why."""
+    """A call had no usable result; `status` shows why."""
 
     def __init__(self, status: Status, what: str = "") -> None:
         text = lib.odom_strstatus(status).decode()
@@ -24,7 +24,7 @@ class OdomError(Exception):
 class StaleError(OdomError):
     """The daemon has been silent for four periods: `pose` is its last pose.
 
-    The client re-attaches by itself when the next daemon publishes: call again.
+    Call again: the client re-attaches by itself when the next daemon publishes.
     """
 
     def __init__(self, pose: Pose, details: Details | None = None) -> None:

@@ -1,4 +1,4 @@
-"""libodom itself: where it lies, its structs and its functions, as <odom/odom.h> declares them."""
+"""Finds libodom, and declares its structs and functions as in <odom/odom.h>."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HISTOGRAM_BUCKETS = 64
 
 
 class PoseStruct(ctypes.Structure):
-    """odom_pose as it lies in memory: to be filled again and again by `Client.read_into`.
+    """odom_pose as it is in memory; `Client.read_into` can fill it repeatedly.
 
     Fields and units are those of `odom.Pose`; `mode` and `conditions` are plain numbers.
     """
@@ -169,12 +169,12 @@ class CameraMessageStruct(ctypes.Structure):
 
 
 def _candidates() -> list[str]:
-    """$ODOM_LIBRARY only, if it is set; else next to this module's installation, else by name."""
+    """Only $ODOM_LIBRARY, if it is set; otherwise the library installed with this module, then by name."""
     chosen = os.environ.get("ODOM_LIBRARY")
     if chosen:
         return [chosen]
     name = "libodom.so.0"
-    # PREFIX/lib/python3*/dist-packages/odom: the library that was installed with it.
+    # This file is in PREFIX/lib/python3*/dist-packages/odom; finds the library below PREFIX.
     near: list[str] = []
     for directory in Path(__file__).resolve().parents:
         if directory.name in ("lib", "lib64"):
@@ -188,7 +188,7 @@ def _load() -> ctypes.CDLL:
     problems = []
     for candidate in _candidates():
         try:
-            # use_errno: after ODOM_SYSTEM errno says more.
+            # use_errno: after ODOM_SYSTEM, errno has the reason.
             return ctypes.CDLL(candidate, use_errno=True)
         except OSError as error:
             problems.append(str(error))

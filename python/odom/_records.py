@@ -1,4 +1,4 @@
-"""The records that odomd publishes, as values: immutable, comparable, to be kept and pickled.
+"""The records that odomd publishes, as immutable values that can be compared, stored and pickled.
 
 Frames and units: ISO 8855 (x forward, y left, yaw counter-clockwise), centre of gravity, SI units,
 times in nanoseconds of CLOCK_MONOTONIC (`time.monotonic_ns()`). Yaw is continuous (unwrapped).
@@ -16,7 +16,7 @@ from odom._library import BeatStruct, DetailsStruct, InfoStruct, PoseStruct
 
 
 class Status(enum.IntEnum):
-    """What a call answered; see `odom.OdomError`."""
+    """The result of a call; see `odom.OdomError`."""
 
     OK = 0
     STALE = 1
@@ -38,15 +38,15 @@ class Mode(enum.IntEnum):
     """The quality of a pose."""
 
     INITIALISING = 0  #: no initial pose or no wheel speed yet: pose fields are not valid
-    TRACKING = 1  #: camera poses are coming in
-    DEAD_RECKONING = 2  #: odometry alone
-    DEGRADED = 3  #: works, but a condition says what is missing
-    STANDSTILL = 4  #: the car stands
+    TRACKING = 1  #: camera poses arrive
+    DEAD_RECKONING = 2  #: only odometry
+    DEGRADED = 3  #: works, but a condition shows a problem
+    STANDSTILL = 4  #: the car is stationary
     FAULT = 5  #: the pose is frozen or invalid: do not use it
 
     @classmethod
     def _missing_(cls, value: object) -> Mode:
-        # A mode of a newer daemon: not usable for clients that do not know it.
+        # A mode of a newer daemon, which clients that do not know it must not use.
         return cls.FAULT
 
 
@@ -62,15 +62,15 @@ class Conditions(enum.IntFlag):
     CARRIED_OVER = 1 << 6  #: this tick left frames behind for the next
     CLOCK_STEPPED = 1 << 7  #: the wall clock stepped within the last second
     SUSPENDED = 1 << 8  #: the machine slept within the last second
-    CAMERA_REJECTED = 1 << 9  #: the last camera pose was not plausible, too old or ahead of its time
-    MODEL_FAULT = 1 << 10  #: the model left its domain and stopped
-    NON_FINITE = 1 << 11  #: a non-finite state was reset, never published
+    CAMERA_REJECTED = 1 << 9  #: the last camera pose was implausible, too old or in the future
+    MODEL_FAULT = 1 << 10  #: the model left its valid range and stopped
+    NON_FINITE = 1 << 11  #: a non-finite state was reset; it was not published
     INPUT_ENDED = 1 << 12  #: the log or the pipe has ended
     SENSOR_FAULT = 1 << 13  #: a sensor's values cannot be true; see `Pose.health`
     WHEEL_SLIP = 1 << 14  #: a wheel's speed disagrees with the car's motion
     MISWIRED = 1 << 15  #: a sensor is wired or described wrongly; see `Pose.health`
     INCONSISTENT = 1 << 16  #: a source has been inconsistent with the filter for seconds
-    BIAS_UNLEARNT = 1 << 17  #: the gyro's bias is not known: let the car stand for 2 s
+    BIAS_UNLEARNT = 1 << 17  #: the gyro bias is not known: stop the car for 2 s
     SCALE_IMPLAUSIBLE = 1 << 18  #: a learnt scale is far from its configured value: check it
     CAMERA_REFUSED = 1 << 19  #: a camera connection was refused within the last ten seconds
 
@@ -93,7 +93,7 @@ class Source(enum.IntEnum):
 
 
 class Clock(enum.IntEnum):
-    """The clock of a time."""
+    """The clock that a time refers to."""
 
     MONOTONIC = 0
     REALTIME = 1
@@ -123,8 +123,8 @@ class Pose(NamedTuple):
     covariance: tuple[float, ...]  #: of (x, y, yaw): xx, xy, xyaw, yy, yyaw, yawyaw
     mode: Mode
     conditions: Conditions
-    reset_count: int  #: times the map pose jumped
-    health: int  #: bit s: the `Source` s is configured and fine; see `is_healthy`
+    reset_count: int  #: number of jumps of the map pose
+    health: int  #: bit s: the `Source` s is configured and healthy; see `is_healthy`
     jump_x: float  #: the last jump of the map pose, map axes [m]
     jump_y: float
     jump_yaw: float  #: [rad]
@@ -148,7 +148,7 @@ class Pose(NamedTuple):
     def position_sigma(self) -> float:
         """Standard deviation of the position in the direction in which it is largest [m].
 
-        Not a number if the covariance is none, so write `sigma <= limit`, which is then false.
+        NaN if the covariance is invalid, so test `sigma <= limit`, which is then false.
         """
         xx, xy, _, yy, _, _ = self.covariance
         largest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
@@ -156,17 +156,17 @@ class Pose(NamedTuple):
 
     @property
     def mode_name(self) -> str:
-        """The mode for messages, as in the status: "dead_reckoning"."""
+        """The name of the mode, as in the status: "dead_reckoning"."""
         return self.mode.name.lower()
 
     def is_healthy(self, source: Source) -> bool:
-        """Whether the source is configured and fine."""
+        """Whether the source is configured and healthy."""
         return bool(self.health >> source & 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Details:
-    """All other data of a tick: for diagnosis, recording and users of the full state."""
+    """All other data of a tick, for diagnosis, recording and users of the full state."""
 
     #: The rest of the upper triangle, by rows, of the 6x6 covariance of
     #: (x, y, yaw, vx, vy, yaw_rate): x-vx, x-vy, x-yaw_rate, y-vx, ..., vx-vx, ...
@@ -187,8 +187,8 @@ class Details:
     source_age_ns: tuple[int, ...]  #: by `Source`, at `Pose.time_ns`; -1: never seen
     frames: tuple[int, ...]  #: taken in since start, per bus
     camera_messages: int  #: taken in since start
-    wakeup_latency_ns: int  #: how late the beat woke for this tick
-    execution_ns: int  #: how long the tick before this one worked
+    wakeup_latency_ns: int  #: wake-up latency of the beat for this tick
+    execution_ns: int  #: execution time of the tick before this one
     gyro_latency: float  #: [s] beyond the configured one; positive: the sensor is later
     wheel_latency: float  #: likewise
     steering_latency: float
@@ -198,7 +198,7 @@ class Details:
 
 @dataclass(frozen=True, slots=True)
 class Info:
-    """What does not change while a daemon runs, and its clocks."""
+    """Data that do not change while a daemon runs, and its clock offsets."""
 
     abi_major: int
     abi_minor: int
@@ -225,17 +225,17 @@ class Info:
 class Beat:
     """The timing of the beat since the start.
 
-    Histograms: bucket 0 counts [0, 1) us, bucket i >= 1 counts [2**((i-1)/4), 2**(i/4)) us, the
+    Histograms: bucket 0 counts [0, 1) us, bucket i >= 1 counts [2**((i-1)/4), 2**(i/4)) us, and the
     last one everything above.
     """
 
     ticks: int  #: published
-    missed: int  #: cycles of the grid that were skipped whole
-    overruns: int  #: ticks that were not done when the next was due
+    missed: int  #: cycles of the grid that were skipped completely
+    overruns: int  #: ticks that had not ended when the next was due
     carried_over: int  #: drains that left frames behind
-    heartbeat_ns: int  #: when the last tick was
-    last_overrun_ns: int  #: when, 0: never
-    last_overrun_execution_ns: int  #: how long that tick worked: was it slow, or woken late?
+    heartbeat_ns: int  #: time of the last tick
+    last_overrun_ns: int  #: time of the last overrun; 0: never
+    last_overrun_execution_ns: int  #: execution time of that tick: was it slow, or woken late?
     max_wakeup_ns: int
     max_execution_ns: int
     wakeup: tuple[int, ...]  #: wake-up latency

@@ -1,11 +1,11 @@
 #!/bin/bash
 # All benchmarks, one table: bash tests/bench/run.sh [--quick]
 #
-#   --quick  one short run, to see that it works; its figures are not valid
+#   --quick  one short run, to check that it works; its figures are not valid
 #
 # Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown.
-# Needs a quiet machine, and root or limits that permit SCHED_FIFO. The heads of beat.py and of each
-# bench_*.cpp explain the measurements; docs/dev/results.md has figures.
+# Needs a quiet machine, and root or limits that permit SCHED_FIFO. The comments at the top of
+# beat.py and of each bench_*.cpp describe the measurements; docs/dev/results.md has results.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 

@@ -2,8 +2,8 @@
 # The unit tests for 64-bit ARM: cross-built with Debian's compiler, run under qemu-aarch64 in user
 # mode. Ends with a dated summary line.
 #
-# The arm64 libraries are Debian packages, unpacked into build/aarch64/sysroot. For that apt gets
-# directories of its own, so that this machine's package lists and architectures do not change.
+# The arm64 libraries are Debian packages, unpacked into build/aarch64/sysroot. apt uses
+# separate directories for this, so that this machine's package lists and architectures do not change.
 needs=aarch64
 . "$(dirname "$0")/common.sh"
 root=$PWD/build/aarch64
@@ -35,7 +35,7 @@ if ! printf '%s\n' "${libraries[@]}" | cmp -s - "$sysroot/packages"; then
   make_sysroot >build/logs/aarch64-sysroot.log 2>&1 || { tail -n 5 build/logs/aarch64-sysroot.log; exit 1; }
 fi
 
-# This kernel cannot run the programs themselves: tests start them through a script that runs the
+# The kernel cannot run the programs directly, so tests start them through a script that runs the
 # emulator.
 wrap_programs() {
   local program

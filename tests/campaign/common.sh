@@ -1,4 +1,4 @@
-# Sourced by the campaigns' scripts: goes to the tree's root, and installs what they need ($needs, default campaign).
+# Sourced by the scripts of the campaigns: changes to the root of the tree and installs the packages for $needs (default: campaign).
 set -uo pipefail
 cd "$(dirname "$0")/../.." || exit 1
 begin=$SECONDS
@@ -7,12 +7,12 @@ bin=$PWD/build/release/bin
 tools/dependencies.sh "${needs:-campaign}" || exit 1
 mkdir -p build/logs
 
-# build TARGET...: of the release build.
+# build TARGET...: builds targets of the release build.
 build() {
   cmake --preset release -DODOMD_TESTS=ON >/dev/null && cmake --build --preset release --target "$@" >/dev/null || exit 1
 }
 
-# unit_tests COMMAND...: runs it, which builds and runs unit tests; ends with a dated summary line.
+# unit_tests COMMAND...: runs this command, which builds and runs unit tests; prints a dated summary line.
 unit_tests() {
   local status verdict log=build/logs/$name.log
   "$@" 2>&1 | tee "$log"

@@ -1,7 +1,7 @@
 #!/bin/bash
-# Runs every fuzzer (clang, libFuzzer, ASan and UBSan) for a time: fuzz.sh [SECONDS] [NAME...]
+# Runs every fuzzer (clang, libFuzzer, ASan and UBSan) for a given time: fuzz.sh [SECONDS] [NAME...]
 #
-# SECONDS for each, default 600; NAME as in tests/fuzz, default all. Findings stay in
+# SECONDS is per fuzzer (default 600); NAME is as in tests/fuzz (default: all). Findings are kept in
 # build/fuzz/found/NAME, the growing corpus in build/fuzz/corpus/NAME. Ends with a dated summary line.
 seconds=${1:-600}
 shift || true

@@ -1,13 +1,13 @@
 #!/bin/bash
-# The Debian packages on a machine of their own, following docs/operations.md: packages.sh [RELEASE]
+# Tests the Debian packages on a separate machine, following docs/operations.md: packages.sh [RELEASE]
 # Builds the packages, or takes those of tools/release.sh from the directory RELEASE, and boots the
-# lab's machine with systemd. There: apt install; the bus, brought up by systemd-networkd on an
-# emulated controller, with a car at the other end of the wire; the service enabled and started; a
-# user who joins the group and reads it; every setting of the page; a reinstallation, an upgrade
+# lab's machine with systemd. It tests apt install; the bus, which systemd-networkd brings up on an
+# emulated controller, with a car at the other end of the wire; enabling and starting the service; a
+# user who joins the group and reads the pose; every setting of the page; and reinstallation, upgrade
 # with a running service, removal and purge. Ends with a dated summary line.
 #
-# It takes some minutes: apt and dpkg read the host's whole database through the machine's file
-# system.
+# This takes some minutes, because apt and dpkg read the host's whole database through the machine's
+# file system.
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$here/../.." && pwd)

@@ -1,8 +1,8 @@
 #!/bin/bash
-# The result of tools/release.sh, as users see it: release.sh [--twice] [DIRECTORY]
+# Tests the output of tools/release.sh as users see it: release.sh [--twice] [DIRECTORY]
 #
-# On a bare Debian 12 (mmdebstrap; arm64 under qemu): README's steps from the packages to a pose in
-# odom watch, timed; a lap; the apt repository, which must be refused without its signature; the
+# On a minimal Debian 12 (mmdebstrap; arm64 under qemu): the README's steps from the packages to a
+# pose in odom watch, timed; a lap; the apt repository, which must be refused without its signature; the
 # wheel; upgrade from an older version, removal and purge. The Containerfile, with podman, on a base
 # image made here. --twice makes the release a second time, which must give the same checksums.
 # packages.sh tests the running service with systemd. Without DIRECTORY the script makes the release
@@ -10,7 +10,7 @@
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 
-# In the bare Debian -------------------------------------------------------------------------------
+# In the minimal Debian -------------------------------------------------------------------------------
 
 listing() { find / -xdev \( -path /dev -o -path /proc -o -path /sys -o -path /tmp -o -path /dist -o -path /older \) -prune -o -print | sort; }
 # Users and groups remain, as usual in Debian, and records of apt and dpkg.

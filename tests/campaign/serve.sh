@@ -1,10 +1,10 @@
 #!/bin/bash
-# What odom serve costs the beat, and how its page looks: serve.sh BUILD_DIR FOLDER
+# Measures how odom serve affects the beat, and shows its page: serve.sh BUILD_DIR FOLDER
 #
 # Drives a simulated car into odomd in real time, for 60 s alone and for 60 s with 50 viewers, 10 of whom read nothing,
 # and compares the 99th percentiles of the ticks' lateness and of cyclictest's, and the server's memory. Then checks
 # the metrics with Prometheus' own parsers, and writes screenshots of the page in Chromium into FOLDER. Fails if viewers
-# make the beat's percentile higher by a tenth or the server larger by 8 MB.
+# raise the percentile of the beat by a tenth or the memory of the server by 8 MB.
 set -euo pipefail
 [ $# = 2 ] || { sed -n '2,7s/^# \?//p' "$0" >&2; exit 2; }
 here=$(realpath "$(dirname "$0")")

@@ -1,9 +1,9 @@
 #!/bin/bash
 # The shared memory under stress: stress.sh [READS [KILLS]]
 #
-# A writer that never pauses, with readers in threads and processes, until they have made 100
-# million reads in a ring of the usual size, and as many in a ring of four slots; and a thousand kills
-# of such a writer. Ends with dated summary lines.
+# Runs a writer that never pauses with readers in threads and processes, until they have made 100
+# million reads in a ring of the usual size and as many in a ring of four slots; then kills the
+# writer a thousand times. Ends with dated summary lines.
 reads=${1:-100000000} kills=${2:-1000}
 . "$(dirname "$0")/common.sh"
 build test_shm_api

@@ -1,7 +1,7 @@
 #!/bin/bash
 # The unit tests under ThreadSanitizer (clang). Ends with a dated summary line.
 . "$(dirname "$0")/common.sh"
-# clang's runtime stops at its start on kernels that randomise more address bits than it expects.
+# The runtime of clang exits at start on kernels that randomise more address bits than it expects.
 run=()
 setarch "$(uname -m)" -R true 2>/dev/null && run=(setarch "$(uname -m)" -R)
 tests() {

@@ -1,8 +1,8 @@
 #!/bin/busybox sh
 # The init process of the lab's machine: mounts the host's files, brings up the buses, runs the job.
 #
-# The host's root (9p, read-only) lies below a tmpfs: the guest sees the host's files under the same
-# paths and may write anywhere, and nothing of that reaches the host. Only /run/lab is shared: `job`
+# The host's root (9p, read-only) is below a tmpfs: the guest sees the host's files under the same
+# paths and may write anywhere, but none of this reaches the host. Only /run/lab is shared: `job`
 # is the command, `output` and `status` are its results.
 #
 # On the kernel's command line: lab.probe (boot, say so, and power off), lab.systemd (hand over to

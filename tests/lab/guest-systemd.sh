@@ -30,7 +30,7 @@ printf '[Journal]\nStorage=volatile\nRateLimitBurst=0\n' >/root/run/systemd/jour
 # everything.
 echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
 
-# A host that is a container has a mark in its root; this machine is not a container.
+# If the host is a container, its root has a marker file; this machine is not a container.
 rm -f /root/.dockerenv
 
 # If the host's user is not root, these files cannot be read: replace them with empty ones.
@@ -46,8 +46,8 @@ ExecStart=
 ExecStart=-udevadm trigger --action=add --subsystem-match=net
 end
 
-# Packet filters of units make the kernel patch its code, too (see guest-init.sh), with the first
-# unit and the last. So one unit always has a filter.
+# Packet filters of units make the kernel patch its code, too (see guest-init.sh), for the
+# first unit and the last. So one unit always has a filter.
 mkdir $units/system.slice.d
 printf '[Slice]\nIPAddressDeny=192.0.2.1\n' >$units/system.slice.d/lab.conf
 

@@ -59,7 +59,7 @@ add_vcan() {
   done
 }
 
-# listen BUS FILE: starts candump, which writes what it hears to the file; $logger is its process.
+# listen BUS FILE: starts candump, which writes received frames to the file; $logger is its process.
 listen() {
   candump -L "$1" >"$2" &
   logger=$!
@@ -105,7 +105,7 @@ status() {
 }
 state_of_daemon() { status 'del(.messages, .sources, .calibrations)' -c; tail -n 3 odomd.log; }
 
-# shows NAME FILTER [SECONDS]: the status fulfils the filter, at once or within that time.
+# shows NAME FILTER [SECONDS]: the status fulfils the filter, immediately or within that time.
 shows() { await "${3:-0}" status "$2" -e && ok "$1" || not_ok "$1" "$(state_of_daemon)"; }
 # logs NAME PATTERN: odomd says this within 20 s.
 logs() { await 20 grep -q -- "$2" odomd.log && ok "$1" || not_ok "$1" "$(cat odomd.log)"; }

@@ -5,19 +5,19 @@
 #                                                 those of SCRIPT
 #   lab.sh test [TEST...]                         run tests (default: all), and count them
 #
-# The machine comes in two flavours: plain, in which the script is all that runs, and with systemd as
-# its init. Tests below tests/ run in the plain one, those below systemd/ in the other, each in one boot.
+# There are two kinds of machine: a plain one, which runs only the script, and one with systemd as
+# init. Tests below tests/ run in the plain one, those below systemd/ in the other, each in one boot.
 #
 # The machine is QEMU with Debian's PREEMPT_RT kernel and two CAN controllers, can0 and can1, on one
 # wire (SJA1000; down, without a bit rate). It sees the host's files under the host's paths (writes
 # stay in the machine), and the script runs there as root. It finds the tree in $ODOMD_SOURCE_DIR and
-# the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED outlives the machine when
-# LAB_KEEP is set.
+# the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED is kept if LAB_KEEP is
+# set.
 #
 # Environment: LAB_TIMEOUT=SECONDS for each machine (default 600), LAB_KEEP=DIRECTORY keeps the
 # shared files there, ODOMD_BIN_DIR (default build/release/bin).
-# If a machine does not start, panics, hangs or is too slow, the run has failed: exit status 125; in
-# `test` this is one failure more.
+# If a machine does not start, panics, hangs or is too slow, the run fails with exit status 125; in
+# `test` it counts as an additional failure.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -149,7 +149,7 @@ run_in_machine() {
   return "$(cat "$shared/status")"
 }
 
-# run_tests FLAVOUR TEST...: adds their results to the sums. A machine that fails is one failure more.
+# run_tests FLAVOUR TEST...: adds their results to the sums. A machine that fails is an additional failure.
 passed=0
 failed=0
 run_tests() {

@@ -1,6 +1,6 @@
 #!/bin/sh
-# tools/release.sh without its builds (tests/campaign/release.sh has those): which options it
-# refuses; that apt accepts the index only with its signature; the contents of the source package.
+# Checks tools/release.sh without its builds (for these see tests/campaign/release.sh): which options
+# it refuses, that apt accepts the index only with its signature, and the contents of the source package.
 #   check_release.sh SOURCE_DIR
 set -eu
 source=$1

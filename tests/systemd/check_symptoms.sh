@@ -12,7 +12,7 @@ sources=$(perl -0pe 's/"\s*\n\s*"//g' <<<"$sources")
 status=0
 while IFS= read -r words; do
   [[ $page == *"$words"* ]] || { echo "not in the page: $words"; status=1; }
-  [[ $sources == *"$words"* ]] || { echo "nobody says: $words"; status=1; }
+  [[ $sources == *"$words"* ]] || { echo "not in the sources: $words"; status=1; }
 done <<'end'
 segment refused: untrusted owner, writable by others, or not readable
 not allowed; join the group 

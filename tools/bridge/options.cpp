@@ -36,16 +36,15 @@ void describe_input(Command command, BridgeOptions& options) {
               "PoseWithCovarianceStamped, PoseStamped or Odometry",
               {checked(problem_of_topic)});
   command.add("--pose-frame", "NAME", input.frame,
-              "Frame of these poses, others are refused; default: that of --frame-map",
+              "Frame of these poses; others are refused; default: that of --frame-map",
               {checked(problem_of_name), needs("--pose-topic")});
   command.add("--pose-child-frame", "NAME", input.child_frame,
-              "Child frame of an Odometry on the topic, others are refused; default: base_link",
+              "Child frame of an Odometry on the topic; others are refused; default: base_link",
               {checked(problem_of_name), needs("--pose-topic")});
-  command.add(
-      "--pose-sigma", "SX,SY,SYAW", input.sigma,
-      "Least standard uncertainty of these poses, also of those that state none [m, m, rad]; "
-      "default: 0.01 each",
-      {delimiter(','), values(3), positive(), needs("--pose-topic")});
+  command.add("--pose-sigma", "SX,SY,SYAW", input.sigma,
+              "Minimum standard uncertainty of these poses, also used for poses that state none "
+              "[m, m, rad]; default: 0.01 each",
+              {delimiter(','), values(3), positive(), needs("--pose-topic")});
   add_socket_option(command, input.socket, "camera");
   command.add_flag("--no-publish", options.no_publish, "Only receive --pose-topic",
                    {needs("--pose-topic"), excludes("--ros"), excludes("--udp")});
@@ -57,20 +56,21 @@ void describe_bridge(Command command, BridgeOptions& options) {
   command.description(
       "Publish the pose for other programs (ROS 2 topics, JSON over UDP), or receive it");
   command.add_flag("--ros", options.ros,
-                   "ROS 2 topics /odom and /tf by DDS; default if no other output is given");
+                   "ROS 2 topics /odom and /tf over DDS; default if no other output is given");
   command.add("--udp", "HOST:PORT", options.udp,
-              "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870",
+              "Send JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870",
               {value_if_none(plotjuggler_address)});
   add_segment_option(command, options.shm);
   command.add("--rate", "HZ", options.rate_hz,
-              "Poses per second, at most every tick [Hz]; default: 50", {positive()});
-  command.add("--domain", "N", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0");
+              "Poses per second [Hz], at most one per tick; default: 50", {positive()});
+  command.add("--domain", "N", options.domain,
+              "DDS domain, 0 to 232; default: $ROS_DOMAIN_ID, or 0");
   command.add_choice("--frame", options.frame, {{"odom", PoseFrame::odom}, {"map", PoseFrame::map}},
                      "Frame of the pose in /odom; default: odom");
   command.add_choice(
       "--tf", options.transforms,
       {{"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}},
-      "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
+      "Transforms on /tf: map to odom to base, only odom to base, or none; default: all");
   command.add("--frame-map", "NAME", options.names.map, "Name of the map's frame; default: map",
               {checked(problem_of_name)});
   command.add("--frame-odom", "NAME", options.names.odom,
@@ -88,9 +88,9 @@ void describe_bridge(Command command, BridgeOptions& options) {
       "  odom bridge --udp\n"
       "  odom bridge --ros --udp 192.168.1.20:9870\n"
       "  odom bridge --pose-topic /vrpn_mocap/car/pose --pose-frame world\n"
-      "It waits for the daemon and reconnects when that restarts. On a terminal it shows once a\n"
-      "second what it sends. INT and TERM end it, with a summary on standard error.\n"
-      "docs/bridge.md describes the topics.");
+      "It waits for the daemon and reconnects when it restarts. On a terminal, it shows once\n"
+      "per second what it sends. INT and TERM end it; it then prints a summary on standard\n"
+      "error. docs/bridge.md describes the topics.");
 }
 
 void complete(BridgeOptions& options) {

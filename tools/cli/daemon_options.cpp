@@ -10,9 +10,12 @@ void add_segment_option(Command command, std::string& name, SegmentElse otherwis
                         const Rules& rules) {
   command.add(
       "--shm", "NAME", name,
-      fmt::format("Segment: a name (/odomd) or a path; default: {}$ODOM_SHM; else /odomd, if it "
-                  "exists; else the service's /run/odomd/INTERFACE/pose",
-                  otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""),
+      fmt::format(
+          "Shared memory segment: a name (/odomd) or a path; default: {}$ODOM_SHM; otherwise "
+          "/odomd, if it exists; otherwise /run/odomd/INTERFACE/pose of the service",
+          otherwise == SegmentElse::of_socket
+              ? "with --socket, the segment of that daemon; otherwise "
+              : ""),
       rules);
 }
 
@@ -22,9 +25,10 @@ void add_socket_option(Command command, std::string& path, const std::string& do
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
   command.add(
       "--socket", "PATH", path,
-      fmt::format("{} socket of the daemon; default: $XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; "
-                  "else the service's /run/odomd/INTERFACE/{}.sock; else /run/odomd/{}.sock",
-                  capital, door, door, door),
+      fmt::format(
+          "{} socket of the daemon; default: $XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; "
+          "otherwise /run/odomd/INTERFACE/{}.sock of the service; otherwise /run/odomd/{}.sock",
+          capital, door, door, door),
       rules);
 }
 

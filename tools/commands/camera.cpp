@@ -132,8 +132,9 @@ void add_camera(Command odom) {
               "Age of the pose: time since the picture was taken [ms]; default: 0",
               {within(-1e9, 1e9, Bounds::in_text), needs("--pose")});
   command.add("--log", "CSV", options->log,
-              "Camera log, sent in step with the log that the daemon plays", {excludes("--pose")});
-  command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now",
+              "Camera log, sent in step with the log that the daemon replays",
+              {excludes("--pose")});
+  command.add_flag("--from-now", options->from_now, "Replay the log by itself, starting now",
                    {needs("--log")});
   add_segment_option(command, options->shm, SegmentElse::default_names, {needs("--log")});
   command.add_choice("--clock", options->clock,
@@ -148,10 +149,10 @@ void add_camera(Command odom) {
       "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"
       "  odom camera send --log camera.csv --wait 10\n"
       "  my_camera | odom camera send --clock realtime\n"
-      "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
-      "with this header, are read from standard input and sent as they come. A --log is paced by\n"
-      "the daemon's log clock, which is read from its segment (--shm); --from-now needs no "
-      "daemon's clock.");
+      "Without --pose and --log, rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n"
+      "(with this header) are read from standard input and sent as they arrive. A --log is\n"
+      "paced by the daemon's log clock, which is read from its segment (--shm); --from-now does\n"
+      "not need it.");
   command.callback([options] {
     const auto send = !options->pose.empty()  ? send_one
                       : !options->log.empty() ? send_log

@@ -8,8 +8,8 @@ void describe(Command odom) {
   odom.footer(
       "Examples:\n"
       "  odom watch                       # the running daemon, live\n"
-      "  odom doctor                      # what is wrong, and how to fix it\n"
-      "  odom record                      # a drive, with everything that the daemon received\n"
+      "  odom doctor                      # problems, and how to fix them\n"
+      "  odom record                      # a drive: everything that the daemon receives\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom camera send --help          # a command's options, with examples\n"
       "Exit status: 0 success, 1 failure while running, 2 wrong usage or unusable input.");

@@ -211,19 +211,19 @@ void run_doctor(const Options& options) {
 
 void add_doctor(Command odom) {
   Command command = odom.add_subcommand(
-      "doctor", "Find what is wrong with the machine, the daemon, a bus or a drive, with the fix");
+      "doctor", "Find problems of the machine, the daemon, a bus or a drive, and how to fix them");
   const auto options = std::make_shared<Options>();
   command.add("--config", "TOML", options->config,
-              "Configuration of the car (TOML), to check with its buses; "
-              "with --drive: replaces its car.toml");
+              "Configuration of the car (TOML) to check, together with its buses; with --drive, it "
+              "replaces the drive's car.toml");
   command.add("--drive,DIR", "DIR", options->drive,
-              "Examine a drive, and nothing else: a folder of odom record or odom sim");
+              "Examine only this drive, a folder of odom record or odom sim");
   command.add("--can", "IFACE", options->interfaces,
-              "Listen to a CAN interface and examine what comes, and nothing else; repeatable",
+              "Examine only the frames received on this CAN interface; repeatable",
               {repeatable(), needs("--config"), excludes("--drive")});
   constexpr int longest_s = 600;
   command.add("--for", "S", options->listen_s,
-              "Listen for this time [s], while somebody drives; default: 30",
+              "Time to listen [s], while somebody drives the car; default: 30",
               {within(1, longest_s), needs("--can")});
   add_socket_option(command, options->socket, "status", {excludes("--drive"), excludes("--can")});
   command.add_flag("--json", options->json, "Print the result as JSON");
@@ -234,8 +234,8 @@ void add_doctor(Command odom) {
       "  odom doctor --config /etc/odomd/can0.toml      # and the configuration with its buses\n"
       "  odom doctor --can can0 --for 30 --config car.toml   # drive some turns meanwhile\n"
       "  odom doctor --drive drive-20261121-140300\n"
-      "Each finding has a fix and a code, which docs/diagnostics.md explains. What\n"
-      "writes nothing under /etc is lost at the next reboot.\n"
+      "Each finding has a fix and a code, which docs/diagnostics.md explains. A fix that\n"
+      "writes nothing under /etc lasts only until the next reboot.\n"
       "Exit status: 0 nothing found, 1 findings, 2 wrong usage or unusable input.");
   command.callback([options] { run_doctor(*options); });
 }

@@ -203,8 +203,9 @@ void check(const Options& options) {
 }
 
 void add_inputs(Command command, Options& options) {
-  command.add("--reference", "CSV", options.reference,
-              "Reference with the columns t,x,y,yaw; with --drive: replaces its truth.csv");
+  command.add(
+      "--reference", "CSV", options.reference,
+      "Reference with the columns t,x,y,yaw; with --drive, it replaces the truth.csv of the drive");
   command.add("--pose", "CSV", options.poses,
               "Poses in the format of odom replay; repeatable, compared side by side",
               {repeatable()});
@@ -217,54 +218,52 @@ void add_inputs(Command command, Options& options) {
       "Model for the replay; repeatable; default: kinematic, paper, inertial (if there is a "
       "gyro), full",
       {repeatable(), needs("--drive")});
-  command.add(
-      "--config", "FILE", options.config,
-      "Configuration of the car (TOML): replaces the drive's car.toml. A database that is not "
-      "where it says is taken from the drive's folder",
-      {needs("--drive")});
+  command.add("--config", "FILE", options.config,
+              "Configuration of the car (TOML); replaces the drive's car.toml. A database that "
+              "does not exist where it says is taken from the drive's folder",
+              {needs("--drive")});
   command.add_flag("--dead-reckoning", options.camera_use, CameraUse::leave_out,
-                   "Leave the camera's poses out: dead reckoning", {needs("--drive")});
-  command.add_flag("--closed-loop", options.closed_loop,
-                   "Without a reference, for a drive that ends where it began: the distance at the "
-                   "end is the error. With camera poses it is only as good as the camera",
-                   {excludes("--reference")});
+                   "Evaluate dead reckoning: leave out the camera poses", {needs("--drive")});
+  command.add_flag(
+      "--closed-loop", options.closed_loop,
+      "Without a reference, for a drive that ends where it began: the error is the distance "
+      "between start and end. With camera poses, this is only as accurate as the camera",
+      {excludes("--reference")});
 }
 
 void add_judging(Command command, Options& options) {
-  command.add_choice(
-      "--align", options.judging.align,
-      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-      "Alignment at the first common time, by least squares, or none; default: none for the map's "
-      "pose of a drive with camera poses, else first");
+  command.add_choice("--align", options.judging.align,
+                     {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+                     "Alignment: at the first common time, least-squares fit, or none; default: "
+                     "none for the map pose of a drive with camera poses, otherwise first");
   command.add_choice(
       "--frame", options.judging.frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command.add("--from", "T|+T", options.judging.from,
-              "Start time [s] by the files' clock; +T: after the reference's first row");
+              "Start time [s] on the files' clock; +T: relative to the first row of the reference");
   command.add("--to", "T|+T", options.judging.to,
-              "End time [s] by the files' clock; +T: after the reference's first row");
+              "End time [s] on the files' clock; +T: relative to the first row of the reference");
   command.add("--lever-arm", "X,Y,YAW", options.lever_arm,
-              "Pose of the reference's point in the body frame [m, m, rad]; default: 0; with "
-              "--drive: [reference] lever_arm, else the camera's",
+              "Pose of the reference point in the body frame [m, m, rad]; default: 0; with "
+              "--drive: [reference] lever_arm, otherwise that of the camera",
               {delimiter(','), values(3)});
   command.add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
                    "Fit one lever arm to all estimates", {excludes("--lever-arm")});
-  command.add("--baseline", "ESTIMATE", options.judging.baseline,
-              "Estimate that the others are compared with; default: kinematic, else the first");
+  command.add(
+      "--baseline", "ESTIMATE", options.judging.baseline,
+      "Estimate that the others are compared with; default: kinematic, otherwise the first");
 }
 
 void add_outputs(Command command, Options& options) {
   command.add_flag("--json", options.json, "Print the result as JSON, in SI units");
-  command.add("--html", "FILE", options.html,
-              "Write a report with pictures: one file, nothing else needed");
-  command.add(
-      "--beat", "CSV", options.judging.beat,
-      "Timing of the ticks (beat.csv of a recording), for the report; with --drive: replaces "
-      "its own",
-      {needs("--html")});
+  command.add("--html", "FILE", options.html, "Write a self-contained report with pictures");
+  command.add("--beat", "CSV", options.judging.beat,
+              "Timing of the ticks (beat.csv of a recording), for the report; with --drive, it "
+              "replaces that of the drive",
+              {needs("--html")});
   command.add("--picture", "FILE", options.picture,
-              "Draw the trajectories, or of several drives the errors by mean speed, into a file, "
-              ".svg or .png");
+              "Draw the trajectories into a file, .svg or .png; for several drives, draw the "
+              "errors against the mean speed");
   command.add("--title", "TEXT", options.title, "Title of report and picture");
   command.add("--camera", "CSV", options.camera, "Camera log to draw as dots",
               {excludes("--drive")});
@@ -292,9 +291,8 @@ void add_evaluate(Command odom) {
       "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
       "Only times that both cover are used; the reference is interpolated, never extrapolated.\n"
       "A drive is replayed as by odom replay, and its models are evaluated like pose files. Its\n"
-      "reference is its truth.csv, else its camera.csv, else its own start if it came back there;\n"
-      "else there are no errors, only innovations.\n"
-      "\n" +
+      "reference is its truth.csv; otherwise its camera.csv; otherwise its start, if the car\n"
+      "came back there. Without a reference there are no errors, only innovations.\n\n" +
       std::string(daemon::models_help));
   command.callback([options] {
     check(*options);

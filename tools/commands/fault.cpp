@@ -258,7 +258,7 @@ void add_fault(Command odom) {
               "Size of the fault, in the unit that --list shows; default: see --list",
               {needs("--kind")});
   command.add("--fault", "KIND:BEGIN:LENGTH:SIZE", options->faults,
-              "Kind, begin, duration and size as one argument; omitted or empty fields have the "
+              "Kind, begin, duration and size as one argument; omitted or empty fields take the "
               "defaults above; repeatable",
               {one_each()});
   command.add("--seed", "N", options->seed, "Seed of random faults; default: 1");
@@ -286,9 +286,9 @@ void add_fault(Command odom) {
       "      odom fault --config drive/car.toml --kind imu.lost --begin 20 - -o - |\n"
       "      odomd --config drive/car.toml --can - --exit-at-end\n"
       "  odom fault --config car.toml --kind steering.biased --from can0 --to vcan0\n"
-      "Only the bits of the failing signals are changed; counters and checksums are "
-      "recomputed.\n"
-      "Times count from the log's first frame, live from the start. Live, INT ends it.");
+      "Only the bits of the failing signals are changed; counters and checksums are recomputed.\n"
+      "Times count from the first frame of the log, or from the start if live. INT ends a live\n"
+      "run.");
   command.callback([options] { run(*options); });
 }
 

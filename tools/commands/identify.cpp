@@ -10,15 +10,13 @@ void add_identify(Command odom) {
       "Measure the car's parameters with their uncertainties and write them to the configuration");
   identify.require_subcommand();
   identify.footer(
-      "Order: mass, cog, inertia, noise, track and stiffness, latency, fit. At least measure mass\n"
-      "and cog by hand; then fit finds the rest on one drive with camera poses or a reference. "
-      "The\n"
-      "other methods measure a value on its own, and are needed where there is no such drive.\n"
-      "\n"
-      "Each method explains its experiment: what to do, what to measure and how precisely. With\n"
-      "--write the numbers replace those in the configuration, each with a note on its origin;\n"
-      "other comments stay.\n"
-      "\n"
+      "Order: mass, cog, inertia, noise, track and stiffness, latency, fit. Measure at least\n"
+      "mass and cog by hand; fit then finds the rest from one drive with camera poses or a\n"
+      "reference. The other methods each measure one value, and are needed only if there is no\n"
+      "such drive.\n\n"
+      "The help of each method explains its experiment: what to do, what to measure and how\n"
+      "precisely. With --write, the numbers replace those in the configuration, each with a\n"
+      "note on its origin; other comments are kept.\n\n"
       "Examples:\n"
       "  odom identify mass --help\n"
       "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");

@@ -56,30 +56,30 @@ void add_import(Command odom) {
               "A column for a role; repeatable. Keys: unit, scale, offset, ...", {one_each()});
   command.add("--time", "COLUMN[,unit=U]", import.map.times,
               "Column of the time, or SECONDS+NANOSECONDS; U: s, ms, us, ns or hhmmss; repeatable. "
-              "Default: by its name and size",
+              "Default: found from names and magnitudes",
               {one_each()});
   command.add("--config", "FILE", import.map.config,
-              "Configuration of the car (TOML), for all but [can]; sigma, latency, timeout and "
-              "dead_band of its roles are kept");
+              "Configuration of the car (TOML) to use for all but [can]; sigma, latency, timeout "
+              "and dead_band of its roles are kept");
   command.add("--out", "DIR", import.out, "Folder to write", {required()});
   command.add_flag("--force", import.existing, sim::Existing::replace,
-                   "Replace the drive in a folder that is not empty");
+                   "Overwrite the drive in a folder that is not empty");
   command.add_flag("--json", options->json, "Print the report as JSON");
   const Command car = command.group("The car, without --config");
-  car.add("--mass", "KG", import.car.mass, "Mass as it drives; units: kg, g");
-  car.add("--wheelbase", "M", import.car.wheelbase, "Front to rear axle; units: m, cm, mm");
+  car.add("--mass", "KG", import.car.mass, "Mass of the car as it drives; units: kg, g");
+  car.add("--wheelbase", "M", import.car.wheelbase,
+          "Distance from front to rear axle; units: m, cm, mm");
   car.add("--front-axle", "M", import.car.front_axle,
-          "Centre of gravity to the front axle; default: half the wheelbase");
+          "Distance from the centre of gravity to the front axle; default: half the wheelbase");
   car.add("--track", "M", import.car.track, "Left to right wheel");
   command.footer(
-      "Roles are those of [can.signals]: yaw_rate, accel_x, accel_y, wheel_..., motor, steering;\n"
-      "their keys, too: unit, radius, ratio, pole_pairs, scale (-1 turns the sign), offset, "
-      "sigma,\n"
-      "latency, timeout, dead_band. Poses: camera.x, .y, .yaw (or .qx .qy .qz .qw), .sigma_x,\n"
-      ".sigma_y, .sigma_yaw, .arrival or .latency; truth.x, .y, .yaw (or quaternion), .vx, .vy,\n"
-      ".yaw_rate. A number may stand for a column, imu.csv:NAME for one of two tables. Units that\n"
-      "the header or the row below states are used, else SI is assumed.\n"
-      "\n"
+      "Roles are those of [can.signals]: yaw_rate, accel_x, accel_y, wheel_..., motor,\n"
+      "steering; so are their keys: unit, radius, ratio, pole_pairs, scale (-1 inverts the\n"
+      "sign), offset, sigma, latency, timeout, dead_band. Poses: camera.x, .y, .yaw (or .qx .qy\n"
+      ".qz .qw), .sigma_x, .sigma_y, .sigma_yaw, .arrival or .latency; truth.x, .y, .yaw (or\n"
+      "quaternion), .vx, .vy, .yaw_rate. A column may be a number, or imu.csv:NAME if there are\n"
+      "several tables. Units stated in the header or the row below it are used; otherwise SI is\n"
+      "assumed.\n\n"
       "Examples:\n"
       "  odom import odom.csv imu.csv --out lap --config car.toml \\\n"
       "      --column motor=twist.twist.linear.x --column yaw_rate=angular_velocity.z\n"
@@ -87,8 +87,7 @@ void add_import(Command odom) {
       "      --time 'T,unit=ms' --column 'wheel_rear=RPM,unit=rpm,radius=0.033' \\\n"
       "      --column 'yaw_rate=Gz,unit=deg/s,scale=-1'\n"
       "  odom import vbox.csv --out lap --config car.toml --time time,unit=hhmmss \\\n"
-      "      --column wheel_rear=velocity,unit=km/h\n"
-      "\n"
+      "      --column wheel_rear=velocity,unit=km/h\n\n"
       "Exit status: 0 written, 2 unusable input; then nothing is written.");
   command.callback([options] { run(*options); });
 }

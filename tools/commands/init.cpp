@@ -49,12 +49,12 @@ void add_init(Command odom) {
               {one_each()});
   constexpr int last_vesc = 254;  // 255 addresses all
   command.add("--vesc", "ID", options->init.vesc,
-              "VESC whose CAN status frames give the speed: its VESC ID. Writes their database, "
-              "vesc-ID.dbc, beside FILE",
+              "ID of the VESC whose CAN status frames give the speed. Their database is written "
+              "beside FILE as vesc-ID.dbc",
               {within(0, last_vesc)});
   command.add("--can", "SRC", options->init.can,
-              "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
-              "Without it the database is compared with nothing",
+              "Log of candump -L in which the car drives turns, or an interface; logs: repeatable. "
+              "Without it, the proposal rests on the database alone",
               {one_each()});
   command.add("--for", "S", options->init.listen_s,
               "Time to listen to an interface [s]; default: 20", {within(1.0, 600.0)});
@@ -63,24 +63,26 @@ void add_init(Command odom) {
                    "Replace an existing file");
   command.add_flag("--json", options->json, "Print the proposal as JSON");
   const Command car = command.group(
-      "The car; mass and wheelbase are required, the others if a proposed signal needs them");
+      "The car; mass and wheelbase are required, the others only if a proposed signal needs them");
   const auto number = [&](const std::string& name, std::string& value, const std::string& type,
                           const std::string& help) { car.add(name, type, value, help); };
   CarTexts& texts = options->init.car;
-  number("--mass", texts.mass, "KG", "Mass as it drives; units: kg, g");
-  number("--wheelbase", texts.wheelbase, "M", "Front to rear axle; units: m, cm, mm");
+  number("--mass", texts.mass, "KG", "Mass of the car as it drives; units: kg, g");
+  number("--wheelbase", texts.wheelbase, "M", "Distance from front to rear axle; units: m, cm, mm");
   number("--front-axle", texts.front_axle, "M",
-         "Centre of gravity to the front axle; default: half the wheelbase");
+         "Distance from the centre of gravity to the front axle; default: half the wheelbase");
   number("--track", texts.track, "M",
-         "Left to right wheel; default: from wheels and gyro, if both are there");
+         "Distance from left to right wheels; default: determined from wheels and gyro, if both "
+         "exist");
   number("--wheel-radius", texts.wheel_radius, "M",
-         "Rolling radius, for wheels and motors that report turns");
+         "Rolling radius of the wheels, for wheels and motors that report turns");
   number("--steering-ratio", texts.steering_ratio, "R",
-         "Steering wheel's angle over the front wheels'; default: from the turns");
+         "Steering-wheel angle / front-wheel angle; default: determined from the turns");
   number("--full-lock", texts.full_lock, "RAD",
-         "Front wheels' angle at a steering command of 1; default: from the turns");
-  number("--gear-ratio", texts.gear_ratio, "R", "Turns of the motor for one of a wheel");
-  number("--pole-pairs", texts.pole_pairs, "N", "Of a motor that reports electrical turns");
+         "Front-wheel angle at a steering command of 1; default: determined from the turns");
+  number("--gear-ratio", texts.gear_ratio, "R", "Motor turns per wheel turn");
+  number("--pole-pairs", texts.pole_pairs, "N",
+         "Pole pairs of a motor that reports electrical turns");
   add_strict(command, options->init.damage);
   command.footer(
       "Examples:\n"
@@ -89,7 +91,7 @@ void add_init(Command odom) {
       "  odom init --can drive.log --mass 2.98 --wheelbase 260mm --track 160mm\n"
       "  odom init --vesc 23 --pole-pairs 2 --wheel-radius 51mm --gear-ratio 11.8 --dbc imu.dbc\n"
       "  odom init --dbc car.dbc --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
-      "Drive for a minute: stand, curves to the left and right, braking. The file says where each\n"
+      "Drive for a minute: stand still, turn left and right, brake. The file states where each\n"
       "value comes from; lines marked UNSURE are guesses. It is written only if odomd can load\n"
       "it. Exit status: 0 written, 2 unusable input.");
   command.callback([options] { run(*options); });

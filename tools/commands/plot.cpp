@@ -114,21 +114,22 @@ void add_plot(Command odom) {
               "Picture to write, .svg or .png; -: SVG to standard output", {required()});
   const std::string names = fmt::format("{}", fmt::join(subjects(), "|"));
   command.add("--what", names, options->what,
-              "Quantity to draw; repeatable, one below the other; default: trajectory. beat is the "
-              "timing of the ticks",
+              "Quantity to draw; repeatable: the plots are stacked; default: trajectory. beat is "
+              "the timing of the ticks",
               {repeatable(), checked([names](const std::string& name) -> std::string {
                  const std::vector<std::string> all = subjects();
                  if (std::ranges::find(all, name) != all.end()) return "";
                  return "\"" + name + "\" cannot be drawn; available: " + names;
                })});
   command.add("--reference", "CSV", options->reference,
-              "Reference trajectory, drawn in grey; of odom sim: also the true calibrations");
+              "Reference trajectory, drawn in grey; a truth.csv of odom sim also gives the true "
+              "calibrations");
   command.add_choice(
       "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command.add("--title", "TEXT", options->title, "Title of the picture");
   command.add("--for", "S", options->seconds,
-              "Follow the running daemon for this time [s], instead of files",
+              "Plot the running daemon for this time [s] instead of files",
               {positive(), excludes("CSV")});
   add_segment_option(command, options->shm, SegmentElse::default_names, {needs("--for")});
   command.footer(
@@ -138,9 +139,9 @@ void add_plot(Command odom) {
       "  odom plot pose.csv --what speed --what yaw_rate --what calibrations --out drive.svg\n"
       "  odom plot --for 10 --what speed --what beat --out now.png\n"
       "  odom plot innovations.csv --what innovation --out innovations.svg\n"
-      "Poses are drawn as they are; odom evaluate --picture aligns them with the reference first.\n"
-      "For innovation give the file of odom replay --innovations, for beat the beat.csv of a "
-      "recording.");
+      "Poses are drawn as they are; odom evaluate --picture aligns them with the reference\n"
+      "first. innovation needs the file that odom replay --innovations writes, beat the\n"
+      "beat.csv of a recording.");
   command.callback([options] {
     if (options->files.empty() && options->seconds == 0.0) {
       require("A pose file or --for");

@@ -171,7 +171,7 @@ void add_pose(Command odom) {
                      "Clock of the times shown; default: monotonic");
   add_wait_option(command, options->wait_s);
   command.add_flag("--follow", options->follow,
-                   "Print poses as they come: five lines per second, with --csv every tick");
+                   "Print poses continuously: five lines per second; with --csv, every tick");
   command.add_flag("--json", options->json, "Print the pose as JSON, in SI units",
                    {excludes("--follow")});
   command.add_flag("--csv", options->csv,
@@ -184,8 +184,8 @@ void add_pose(Command odom) {
       "  odom pose\n"
       "  odom pose --follow\n"
       "  odom pose --follow --csv --clock log --until-stale --wait 10 >live.csv\n"
-      "--follow continues across restarts of the daemon; INT and TERM end it, with a summary on\n"
-      "standard error.");
+      "--follow continues across restarts of the daemon. INT and TERM end it; it then prints a\n"
+      "summary on standard error.");
   command.callback([options] {
     odom::Client client = attach(options->shm, options->wait_s);
     if (options->follow)

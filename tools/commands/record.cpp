@@ -241,7 +241,8 @@ void add_record(Command odom) {
   add_socket_option(command, options->socket, "record");
   command.add("--duration", "S", options->duration_s, "End after this time [s]", {positive()});
   add_wait_option(command, options->wait_s);
-  command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
+  command.add_flag("--once", options->once,
+                   "End when the daemon ends, instead of waiting for its restart");
   command.footer(
       "Examples:\n"
       "  odom record\n"
@@ -250,9 +251,9 @@ void add_record(Command odom) {
       "  odom replay --recording lap3 --out pose.csv\n"
       "  odom replay --config lap3/car.toml --can lap3/can.log --camera lap3/camera.csv \\\n"
       "      --model kinematic --out other.csv\n"
-      "A recording may begin at any time; it holds the state of the filter at its first tick. INT\n"
-      "and TERM end it. When the daemon restarts the recording continues in a new folder:\n"
-      "DIR-2, DIR-3, ... Whoever may read the pose ([shm] mode and group) may record.");
+      "A recording may begin at any time; it holds the state of the filter at its first tick.\n"
+      "INT and TERM end it. When the daemon restarts, the recording continues in a new folder:\n"
+      "DIR-2, DIR-3, ... Users who may read the pose ([shm] mode and group) may record.");
   command.callback([options] { Recorder(*options).run(); });
 }
 

@@ -219,8 +219,7 @@ void add_replay(Command odom) {
              "Folder of a drive: its car.toml, its drive.log or can.log, and "
              "its camera.csv if there is one");
   replay.add("--config", "FILE", options->config,
-             "Configuration of the car (TOML); with --drive: replaces its "
-             "car.toml");
+             "Configuration of the car (TOML); with --drive, it replaces the drive's car.toml");
   replay.add("--can", "LOG", options->logs,
              "Log of candump -L, or - for standard input; repeatable, for several buses; instead "
              "of [can] source or the drive's");
@@ -240,7 +239,7 @@ void add_replay(Command odom) {
               excludes("--innovations")});
   replay.add("--out", "CSV", options->out, "Pose file to write, or - for standard output");
   replay.add_flag("--verify", options->verify,
-                  "Compare every tick of the recording with the published one, bit by bit",
+                  "Compare every tick of the recording bit by bit with what was published",
                   {needs("--recording")});
   replay.add_flag("--json", options->json, "Print summary and warnings as JSON on standard error");
   add_strict(replay, options->damage);
@@ -250,12 +249,10 @@ void add_replay(Command odom) {
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
       "      --initial 1.2,0.4,1.57 --out pose.csv\n"
-      "  odom replay --recording drive-20261121-140300 --verify\n"
-      "\n"
-      "The pose starts at --initial, else the configuration's, else the first camera pose, else "
-      "0.\n"
-      "Times in the output are the log's; there is one row per tick, from initialisation on.\n"
-      "\n" +
+      "  odom replay --recording drive-20261121-140300 --verify\n\n"
+      "The pose starts at --initial; otherwise at that of the configuration, at the first\n"
+      "camera pose, or at 0. The output has one row per tick after initialisation, with times\n"
+      "on the log's clock.\n\n" +
       std::string(daemon::models_help));
   replay.callback([options] {
     if (options->out.empty() && !options->verify) require("--out");

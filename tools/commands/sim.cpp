@@ -223,12 +223,11 @@ void add_parameter_options(Command command, Arguments& arguments) {
 void add_sim(Command odom) {
   auto arguments = std::make_shared<Arguments>();
   Command command =
-      odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
+      odom.add_subcommand("sim", "Simulate a drive, into a folder or live in real time");
   command.footer(
       "The car differs from the model of every filter: its tyres saturate, load shifts, wheels\n"
-      "slip, the steering lags. The errors of its sensors are sampled from the seed and written\n"
-      "to DIR/plant.json. The same options and seed give the same bits.\n"
-      "\n"
+      "slip, and the steering lags. The errors of its sensors are sampled from the seed and\n"
+      "written to DIR/plant.json. The same options and seed give bit-identical results.\n\n"
       "Examples:\n"
       "  odom sim --out drive\n"
       "  odom sim --scenario slalom --speed 2 --seed 7 --camera-outliers 0.01 --out drive\n"
@@ -254,16 +253,16 @@ void add_sim(Command odom) {
   command.add("--duration", "T", arguments->run.duration,
               "End after this time [s], while the car moves");
   command.add("--standstill", "T", arguments->run.standstill,
-              "Time to stand before the start [s]; default: 3");
+              "Time at standstill before the start [s]; default: 3");
   command.add_flag("--moving-start", arguments->run.ends, sim::Ends::moving,
-                   "Start and end at speed: the car never stands", {excludes("--standstill")});
+                   "Start and end at speed: the car never stops", {excludes("--standstill")});
   command.add("--seed", "N", arguments->run.seed, "Seed of the errors and the noise; default: 1");
 
   const Command output = command.group("Output");
   output.add("--out", "DIR", arguments->out,
              "Folder for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json");
   output.add_flag("--force", arguments->existing, sim::Existing::replace,
-                  "Replace the drive in a folder that is not empty");
+                  "Overwrite the drive in a folder that is not empty");
   output.add_flag("--markers", arguments->markers, sim::FilmMarkers::write,
                   "Also write markers.csv: two markers on the car, filmed from above, in pixels "
                   "(for odom identify stiffness)");
@@ -274,7 +273,7 @@ void add_sim(Command odom) {
   output.add_flag("--config-only", arguments->config_only,
                   "Write only car.toml, car.dbc and plant.json");
   output.add("--start-time", "T", arguments->start_time,
-             "Stamp of the start [s]; default: 1760000000, live: now");
+             "Time stamp of the start [s]; default: 1760000000, or the current time if live");
   output.add_flag("--json", arguments->json, "Print the report as JSON, with the sampled errors");
   output.add_flag("--progress", arguments->progress, "Show progress even without a terminal");
 
@@ -295,7 +294,7 @@ void add_sim(Command odom) {
              "Set a parameter to this value instead of sampling it; the names are those of the "
              "options below, with underscores; repeatable");
   errors.add("--camera-dropout", "BEGIN:LENGTH", arguments->dropouts,
-             "No camera from BEGIN [s] for LENGTH [s]; repeatable");
+             "No camera poses from BEGIN [s] for LENGTH [s]; repeatable");
   add_parameter_options(command, *arguments);
 
   add_sim_experiments(command);

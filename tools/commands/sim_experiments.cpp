@@ -22,7 +22,7 @@ Command add_experiment(Command sim, const std::string& name, const std::string& 
   Command command = sim.add_subcommand(name, sentence);
   command.add("--out", "DIR", arguments->options.folder, "Folder for the results", {required()});
   command.add_flag("--force", arguments->options.existing, sim::Existing::replace,
-                   "Replace what is in a folder that is not empty");
+                   "Overwrite a folder that is not empty");
   command.add("--seed", "N", arguments->options.seed,
               "Seed of the car, the errors and the noise; default: 1");
   command.add_flag("--json", arguments->json, "Print the measurements as JSON");
@@ -45,13 +45,12 @@ void add_sim_experiments(Command sim) {
       add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
                      sim::simulate_swing, swing);
   swing_command.add("--duration", "T", swing->options.duration,
-                    "Time that it swings [s]; default: 180");
+                    "Duration of the swinging [s]; default: 180");
   swing_command.footer(
-      "The car is a rigid body in space on two slightly elastic cords; it sways, tilts and is\n"
-      "not hung exactly at its centre of gravity. Its gyro goes to drive.log as on a drive.\n"
-      "measured.json has lengths, mass and timings by stop-watch, with the errors that people\n"
-      "make; plant.json has the truth.\n"
-      "\n"
+      "The car is a rigid body on two slightly elastic cords; it sways and tilts, and does not\n"
+      "hang exactly at its centre of gravity. Its gyro is written to drive.log as on a drive.\n"
+      "measured.json contains lengths, mass and stop-watch timings, with the errors that people\n"
+      "make; plant.json contains the true values.\n\n"
       "Examples:\n"
       "  odom sim swing --seed 7 --out swing\n"
       "  odom sim swing --duration 60 --out swing --force --json");
@@ -60,10 +59,10 @@ void add_sim_experiments(Command sim) {
                  "Weigh a simulated car, for odom identify mass and odom identify cog",
                  sim::simulate_weighing, weighing)
       .footer(
-          "A kitchen scale under the whole car, an axle, a side, three times each, the car never\n"
-          "quite level. measured.json has the readings of scale and tape measure; plant.json has\n"
-          "the truth.\n"
-          "\n"
+          "The whole car, each axle and each side are weighed three times on a kitchen scale; the\n"
+          "car is never quite level. measured.json contains the readings of scale and tape "
+          "measure;\n"
+          "plant.json contains the true values.\n\n"
           "Example:\n"
           "  odom sim weighing --seed 7 --out weighing --json");
 }

@@ -65,15 +65,16 @@ void add_status(Command odom) {
   add_socket_option(command, options->socket, "status");
   command.add_flag("--json", options->json, "Print the daemon's status as JSON");
   command.add_flag("--openmetrics", options->open_metrics,
-                   "Print metrics in OpenMetrics, which Prometheus reads", {excludes("--json")});
+                   "Print metrics in the OpenMetrics format, for Prometheus", {excludes("--json")});
   command.footer(
       "Examples:\n"
       "  odom status\n"
       "  odom status --json | jq .beat\n"
       "  watch -n 1 odom status\n"
       "  odom status --openmetrics > odom.new && mv odom.new odom.prom   # for node_exporter\n"
-      "Without --json and --openmetrics rates are measured over half a second, so the answer takes "
-      "that\nlong. With --openmetrics a daemon that does not answer is the metric odom_up 0.");
+      "Without --json and --openmetrics, rates are measured over half a second, so the answer\n"
+      "takes that long. With --openmetrics, a daemon that does not answer gives the metric\n"
+      "odom_up 0.");
   command.callback([options] {
     if (options->open_metrics) {
       print_open_metrics(options->socket);

@@ -161,10 +161,10 @@ void add_watch(Command odom) {
       "  odom watch\n"
       "  odom watch --interval 0.1\n"
       "  odom watch --interval 60 >> drive.txt\n"
-      "Keys: q ends, p pauses and continues, arrows and page keys scroll. It waits for a daemon\n"
-      "that is not there, and continues with the next one. If standard output is not a terminal a\n"
-      "plain snapshot is printed every interval; while it waits, it says so on standard error.\n"
-      "NO_COLOR=1 turns colours off.");
+      "Keys: q ends, p pauses and continues, arrows and page keys scroll. If no daemon is\n"
+      "running, it waits for one; it continues when the daemon restarts. If standard output is\n"
+      "not a terminal, a plain snapshot is printed every interval; while it waits, it says so\n"
+      "on standard error. NO_COLOR=1 turns colours off.");
   command.callback([options] { run(*options); });
 }
 

@@ -59,14 +59,14 @@ void check(const TrackOptions& o) {
 }
 
 void describe_track(Command command, TrackOptions& options) {
-  command.description("Track two markers on the car through a film, for odom identify stiffness");
+  command.description("Track two markers on the car in a film, for odom identify stiffness");
   command.add("FILM", "", options.film, "Film: a video in any format that FFmpeg reads",
               {required()});
   command.add("--out", "FILE", options.out,
               "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
               "--calibrate: the lens");
   command.add("--overlay", "FILE", options.overlay,
-              "Video (.avi) of the film with what was found: both markers and their tracks");
+              "Video (.avi) to write: the film with the detected markers and their tracks");
   const Command markers = command.group("Markers on the car");
   markers.add("--aruco", "DICT", options.aruco,
               "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11");
@@ -78,24 +78,23 @@ void describe_track(Command command, TrackOptions& options) {
            "them (YAML, XML)");
   view.add(
       "--ground-marker", "ID=X,Y", options.ground_markers,
-      "An ArUco marker on the ground and the place of its middle [m]; repeatable: at least "
-      "four, and a fifth to detect a mistyped one. Seen from above, y points to the left of x");
+      "ArUco marker on the ground and the position of its centre [m]; repeatable: at least four "
+      "are needed, a fifth reveals a mistyped one. Seen from above, y points to the left of x");
   view.add("--height", "H", options.height,
            "Height of the car's markers above the ground [m]; needs --lens; default: 0");
   const Command time = command.group("Time of the frames");
   time.add("--fps", "N", options.frames_per_second,
-           "Frames per second as filmed [1/s]; default: the film's own times");
+           "Frames per second as filmed [1/s]; default: the time stamps of the film");
   const Command lens = command.group("Calibration of a lens");
   lens.add("--calibrate", "COLSxROWS", options.calibrate,
            "FILM shows a chessboard with this many inner corners, held at all angles and "
            "everywhere in the picture; writes the lens to --out");
   lens.add("--square", "L", options.square, "Edge of a square of the chessboard [m]");
   command.footer(
-      "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"
-      "more. Film with a short exposure, focus and zoom fixed. A marker that is lost leaves its\n"
-      "fields empty. Without markers on the ground the track is in pixels, y down:\n"
-      "odom identify stiffness --y-down.\n"
-      "\n"
+      "Print two ArUco markers as large as fit on the car's roof; their sides should be at\n"
+      "least 20 pixels long in the film. Film with a short exposure and fixed focus and zoom.\n"
+      "If a marker is lost, its fields are empty. Without markers on the ground, the track is\n"
+      "in pixels and y points down: use odom identify stiffness --y-down.\n\n"
       "Examples:\n"
       "  odom identify track board.mp4 --calibrate 9x6 --square 0.025 --out lens.yaml\n"
       "  odom identify track circles.mp4 --aruco 4x4_50 --front 7 --rear 8 --lens lens.yaml \\\n"

@@ -45,18 +45,18 @@ void describe_serve(tools::Command command, Options& options) {
   tools::add_segment_option(command, options.shm, tools::SegmentElse::of_socket);
   tools::add_socket_option(command, options.socket, "status");
   command.add("--listen", "ADDR[:PORT]", options.listen,
-              "Address to listen at; other machines need --token-file; default: 127.0.0.1:9880");
+              "Address to listen on; other machines need --token-file; default: 127.0.0.1:9880");
   command.add("--token-file", "FILE", options.token_file,
-              "File with the token that a browser must give once; mode 0640 or stricter");
+              "File with the token that a browser must present once; mode 0640 or stricter");
   command.footer(
       "Examples:\n"
       "  odom serve                        # http://127.0.0.1:9880/\n"
       "  (umask 077; openssl rand -hex 16 > token)\n"
       "  odom serve --listen 0.0.0.0 --token-file token\n"
       "  curl http://127.0.0.1:9880/metrics\n"
-      "On the phone open http://CAR:9880/?token=TOKEN once; then a cookie has it. It waits for "
-      "the\n"
-      "daemon and reconnects when that restarts. INT and TERM end it. See docs/web.md.");
+      "On the phone, open http://CAR:9880/?token=TOKEN once; a cookie then keeps the token. It\n"
+      "waits for the daemon and reconnects when it restarts. INT and TERM end it. See "
+      "docs/web.md.");
 }
 
 Endpoint endpoint_of(const Options& options) {

@@ -1,6 +1,6 @@
 #!/bin/bash
-# All system calls of the beat of the real odomd under full traffic, as seen by strace: only those of
-# the design, each at most as often as the design allows.
+# Traces all system calls of the beat of the real odomd under full traffic with strace: only those of
+# the design may occur, each at most as often as the design allows.
 #
 # The feeder reads the log: here the beat has no bus to receive from. The lab runs the same check with
 # real buses.
@@ -14,7 +14,7 @@ case $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource) in
   *) clock_is_a_call=1 ;;
 esac
 
-# -I 2: a signal ends strace, and the daemon with it.
+# -I 2: a signal ends strace, which also ends the daemon.
 start_full_traffic 90 strace -I 2 -f -ff -qq -s 1 -o "$work/trace"
 pid=$(status .pid)
 # thread_of NAME: the trace of the thread.

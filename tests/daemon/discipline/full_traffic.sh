@@ -1,6 +1,6 @@
 # Sourced by tests with full traffic for the real odomd: 8,000 frames/s on four buses, of which the
-# 500 of the simulated car are mapped and protected, the camera's 28 poses/s, clients that wait for
-# every pose, one that polls, and one that reads the status.
+# 500 of the simulated car are mapped and protected, 28 camera poses/s, clients that wait for every
+# pose, a client that polls, and one that reads the status.
 #
 # Expects ODOMD_BIN_DIR, and $name, the name of the test. Leaves its files in $work.
 PATH=$ODOMD_BIN_DIR:$PATH

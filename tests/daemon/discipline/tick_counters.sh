@@ -1,6 +1,6 @@
 #!/bin/bash
-# No allocation, lock, exception or page fault in the beat of the real odomd, from its first tick on,
-# under full traffic, with a recording that begins meanwhile: tick_counters.sh LIBRARY [TICKS [INJECT]]
+# Checks that no allocation, lock, exception or page fault occurs in the beat of the real odomd from
+# its first tick, under full traffic and while a recording begins: tick_counters.sh LIBRARY [TICKS [INJECT]]
 #
 # LIBRARY is built from tick_counters.cpp. With INJECT (allocation, lock, exception or fault) the
 # library itself does this in the beat's thread, and the test checks that it is counted.
@@ -47,7 +47,7 @@ else
 fi
 
 if [ -z "$injected" ]; then
-  # Of the 40 frames that a tick brings, 4 are of mapped messages; the others are passed over.
+  # Of the 40 frames that arrive per tick, 4 are of mapped messages; the others are ignored.
   [ "$received" -ge $((published * 3)) ] || fail "the traffic was not full: $received frames"
   [ "$camera" -ge $((published / 15)) ] || fail "the traffic was not full: $camera camera poses"
   [ "$(wc -l <"$work/recorded/beat.csv")" -gt 2 ] || fail "nothing was recorded"

@@ -1,4 +1,4 @@
-# The service and its device: the interface may disappear and come back, the service keeps running.
+# The service and its device: if the interface disappears and comes back, the service keeps running.
 
 begin
 pid=$(main_pid)

@@ -10,7 +10,7 @@ shows_state() { shows "$1" ".can[0].controller.state == \"$2\"" 20; }
 
 # The beat, as a client sees it, while the link goes down and up. The machine itself misses ticks, so
 # each of five spans with a down and up is followed by an equally long span without a change. A link
-# that blocks the beat does so every time: then even the best of the five spans has a gap at least
+# that blocks the beat does so every time, so that even the best of the five spans has a gap at least
 # 25 ms larger than usual, or at least ten more missed ticks.
 span() { # span NAME COMMAND: runs the command and waits 0.2 s
   local begin

@@ -30,18 +30,17 @@ void describe_fit(Command command, FitOptions& options) {
   command.add("--to", "S", options.to,
               "End time [s] after the log's first frame; default: its end");
   command.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
-  command.add(
-      "--free", "NAME", options.freed,
-      "Fit this parameter too; otherwise load_lag, drive_spin and what no mapped signal shows "
-      "stay as configured; repeatable");
+  command.add("--free", "NAME", options.freed,
+              "Also fit this parameter; by default load_lag, drive_spin and parameters that no "
+              "mapped signal shows stay as configured; repeatable");
   command.add("--prior", "NAME=SIGMA", options.priors,
-              "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
-              "relative (0.02: 2 %); default of mass: 0.01; repeatable");
+              "Standard uncertainty of a parameter before the fit, in its unit, or relative for "
+              "those marked * (0.02: 2 %); default for the mass: 0.01; repeatable");
   command.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1",
               {within(1, 64, Bounds::in_text)});
   command.add_flag("--untried", options.untried,
-                   "Write every value that was determined, without the replays that otherwise "
-                   "decide which are written");
+                   "Write every determined value, without the replays that otherwise decide which "
+                   "ones are written");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
   add_strict(command, options.damage);
@@ -53,15 +52,15 @@ void describe_fit(Command command, FitOptions& options) {
   }
   command.footer(
       R"(Weigh the car first, and measure its axles. Then drive for three minutes under the camera:
-circles to both sides at three speeds, and weave as quickly as the steering follows, at three
-speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres
-that saturate and a steering that lags is fitted to all sensors and poses; what makes it fit
-best is the result. The poses' stamps are the time reference of all latencies. The inertia
-is that of the car with its wheels spinning.
+circles to both sides at three speeds, and weaving as quickly as the steering follows, at
+three speeds, using at most half of the grip, as odom sim --scenario exercise does. A model
+with saturating tyres and lagging steering is fitted to all sensors and poses; the best
+fitting parameters are the result. The stamps of the poses are the time reference of all
+latencies. The inertia is that of the car with spinning wheels.
 
-A drive shows stiffness and inertia only in proportion to the mass: state how
-well the car is weighed (--prior mass=0.002). What the drive did not determine is
-marked, with the reason, and is not written.
+A drive determines stiffness and inertia only in proportion to the mass, so state
+how precisely the car was weighed (--prior mass=0.002). Parameters that the drive
+does not determine are marked, with the reason, and are not written.
 
 Parameters (* --prior is relative); the result names their keys:)" +
       names + R"(

@@ -248,20 +248,20 @@ void add_inertia(Command identify) {
   const Command method = identify.add_subcommand(
       "inertia", "Measure the yaw inertia by swinging the car on two cords");
   method.footer(
-      R"(Hang the car level by two thin cords of equal length, one on each side of its centre of
-gravity and equally far from it, vertical and parallel. Turn the car by 10 to 20 degrees
-about the vertical, let it come to rest there, and let go without a push. Record its gyro
-for a minute, or time 20 full swings three times with a stop-watch, from one passage
-through the middle to the 20th after it in the same direction.
+      R"(Hang the car level on two thin vertical cords of equal length, one on each side of its
+centre of gravity and at equal distance from it. Turn the car by 10 to 20 degrees about the
+vertical, let it come to rest there, and release it without a push. Record its gyro for a
+minute, or time 20 full swings three times with a stop-watch: from one passage through the
+middle to the 20th passage after it in the same direction.
 
-Precision: the inertia is J = m g D^2 T^2 / (16 pi^2 L), with the distance D of the cords,
-their length L and the period T. An error of 1 % in D makes 2 % in J, an error of 1 % in m
-or L makes 1 %. Measure D to 0.5 mm at top and bottom, and L under load and between the
-fixings. Make L at least 3 D: long cords swing slowly and are measured more precisely.
-The amplitude and its decay are corrected for; with a stop-watch give --amplitude. An
-offset e of the centre of gravity along the line of the cords reduces J by the share
-4 e^2/D^2: hang the car so that both cords are equally tight. A tilt of 5 degrees reduces J
-by 0.5 %: level the car to 2 degrees.
+Precision: the inertia is J = m g D^2 T^2 / (16 pi^2 L), with the distance D between the
+cords, their length L and the period T. An error of 1 % in D causes 2 % in J, an error of
+1 % in m or L causes 1 %. Measure D to 0.5 mm at top and bottom, and L under load between
+the attachment points. Make L at least 3 D: with long cords the car swings slowly, and both
+are measured more precisely. The amplitude and its decay are corrected for; with a
+stop-watch, state --amplitude. An offset e of the centre of gravity along the line of the
+cords reduces J by the fraction 4 e^2/D^2: hang the car so that both cords are equally
+tight. A tilt of 5 degrees reduces J by 0.5 %: level the car to 2 degrees.
 
 Examples:
   odom identify inertia --measured swing/measured.json --config car.toml \
@@ -272,18 +272,18 @@ Examples:
 
   add_measured_option(method);
   method.add("--mass", "MASS", options->mass,
-             "Mass of the car as it hangs [kg], or 2985g; default: the one of --config or --write, "
+             "Mass of the car as it hangs [kg], or 2985g; default: that of --config or --write, "
              "with the uncertainty in its note");
   method.add("--mass-sigma", "MASS", options->mass_sigma,
              "Standard uncertainty of the mass; default: 0.2 % of it");
-  method.add("--spacing", "LENGTH", options->spacing,
-             "Distance of the cords from each other [m], or 200mm", {required()});
+  method.add("--spacing", "LENGTH", options->spacing, "Distance between the cords [m], or 200mm",
+             {required()});
   method.add("--spacing-below", "LENGTH", options->spacing_below,
-             "Distance of the cords at the car, if different; default: the same");
+             "Distance between the cords at the car, if different; default: the same");
   method.add("--spacing-sigma", "LENGTH", options->spacing_sigma,
-             "Standard uncertainty of each distance of the cords; default: 0.5mm");
+             "Standard uncertainty of each distance between the cords; default: 0.5mm");
   method.add("--cord", "LENGTH", options->cord,
-             "Length of the cords between their fixings, under load [m]", {required()});
+             "Length of the cords between their attachment points, under load [m]", {required()});
   method.add("--cord-sigma", "LENGTH", options->cord_sigma,
              "Standard uncertainty of the cords' length; default: 2mm");
   method.add("--offset-sigma", "LENGTH", options->offset_sigma,
@@ -292,18 +292,18 @@ Examples:
   method.add("--gravity", "G", options->gravity,
              "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 
-  const Command watch = method.group("By stop-watch");
+  const Command watch = method.group("With a stop-watch");
   watch.add("--time", "T", options->times,
-            "Time of --swings swings [s]; repeat the option for each timing", {one_each()});
+            "Time for --swings swings [s]; repeat the option for each timing", {one_each()});
   watch.add("--swings", "N", options->swings, "Number of full swings in each timing");
   watch.add("--time-sigma", "T", options->time_sigma,
-            "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
+            "Standard uncertainty of a timing, including start and stop [s]; default: 0.15");
   watch.add("--amplitude", "ANGLE", options->amplitude,
-            "Amplitude of the first swing timed, from the middle [rad]; default: 10deg");
+            "Amplitude of the first timed swing, from the middle [rad]; default: 10deg");
   watch.add("--amplitude-end", "ANGLE", options->amplitude_end,
-            "Amplitude of the last swing timed [rad]; default: half of the first");
+            "Amplitude of the last timed swing [rad]; default: half of the first");
 
-  const Command log = method.group("By a gyro's record");
+  const Command log = method.group("With a record of the gyro");
   add_record_options(log, options->record);
   watch.add_rules("--time", {excludes("--can"), excludes("--csv")});
   add_delivery(method, options, identify_inertia);

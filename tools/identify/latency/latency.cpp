@@ -175,23 +175,23 @@ void add_latency(Command identify) {
   latency.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
   latency.add("--camera", "CSV", options->camera, "Camera log of the same drive");
   latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop
-every few metres, no two stretches alike. Smooth signals carry no timing: steer abruptly.
-Vary the speed, or the steering's lag and the tyres' cannot be separated. Drive slowly:
-below 3 m/s2 of lateral acceleration, a 1:10 car at 0.5 to 1 m/s. The faster the car, the
-more the wheels lag behind the ground by their own inertia. Mass, axles, inertia and
-stiffnesses must be in the configuration.
+every few metres, and no two sections alike. Smooth signals have no timing information, so
+steer abruptly. Vary the speed: otherwise the lags of steering and tyres cannot be
+separated. Drive slowly, below 3 m/s2 of lateral acceleration (a 1:10 car at 0.5 to 1 m/s):
+the faster the car, the more the inertia of the wheels makes them lag behind the ground.
+Mass, axles, inertia and stiffnesses must be in the configuration.
 
 Each source is compared with another and shifted in time until they agree:
   camera       its yaw with the integral of the gyro
-  wheels       the difference of left and right with the gyro; one alone: its distance with the
-               camera's
-  accel_x, _y  as the gyro if it is in the same message; tyres shift what they show
-  steering     the yaw rate of a car with these tyres, with the gyro: delay and lag
-               between command and wheels, for [steering]; none if the angle is measured
-The camera's capture stamps are the time reference, and the gyro's own latency is found too.
-Without a camera the gyro is the reference, with its configured latency. The offsets found
-add to those in the configuration: run it again after --write; all offsets should then be
-near zero.
+  wheels       the difference of left and right with the gyro; a single one: its distance with
+               that of the camera
+  accel_x, _y  take the latency of a gyro in the same message; tyres delay what they show
+  steering     the yaw rate of a car with these tyres with the gyro: delay and lag between
+               command and wheels, for [steering]; none if the angle is measured
+The capture stamps of the camera are the time reference, so the latency of the gyro is found,
+too. Without a camera, the gyro with its configured latency is the reference. The result
+adds to the latencies in the configuration: run the command again after --write; all offsets
+should then be near zero.
 
 Examples:
   odom identify latency --config car.toml --can drive.log --camera camera.csv

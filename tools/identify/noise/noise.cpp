@@ -185,12 +185,12 @@ Findings identify_noise(const Options& options) {
 void add_noise(Command identify) {
   const auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand(
-      "noise", "Measure the noise of gyro and accelerometers on a standing car");
+      "noise", "Measure the noise of gyro and accelerometers of a stationary car");
   method.footer(
-      R"(Let the car stand where nothing shakes it, motor on, warm, and log its IMU for ten
-minutes; an hour also shows the bias's walk. From it come the white noise of a sample and
-its density, the bias and its random walk, by maximum likelihood. On the move the model
-full measures the noise itself.
+      R"(Park the warm car where nothing shakes it, with the motor on, and log its IMU for ten
+minutes; an hour also shows the random walk of the bias. Maximum likelihood then gives the
+white noise of a sample and its density, the bias, and its random walk. While the car
+drives, the model full measures the noise itself.
 
 Examples:
   odom identify noise --config car.toml --can standing.log

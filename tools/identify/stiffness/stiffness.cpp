@@ -166,21 +166,21 @@ void add_stiffness(Command identify) {
   const Command method = identify.add_subcommand(
       "stiffness", "Measure the cornering stiffness of both axles, from circles filmed from above");
   method.footer(
-      R"(The experiment: fix two markers to the roof, at the same height, as far apart as the car
-allows; measure from the centre of gravity how far ahead and to the left each is. Film (take
-a video) from above, the camera fixed and looking straight down, 50 frames a second or more,
-the bus being logged (candump -L). From standing, drive a circle at steady steering and
-speed, two turns; stop. Do so slowly, at medium speed and until the car slides a little, to
-the left and to the right: six circles at least, in one film or in several. Track both
-markers: odom identify track, or another program. Mass and axles must be in the
+      R"(The experiment: fix two markers to the roof at the same height, as far apart as the car
+allows. Measure how far ahead of the centre of gravity and to its left each one is. Take a
+video from above, with a fixed camera that looks straight down, at 50 frames per second or
+more, and log the bus (candump -L). From standstill, drive two turns of a circle with steady
+steering and speed, and stop. Do so slowly, at medium speed, and until the car slides a
+little, to the left and to the right: at least six circles, in one film or several. Track
+both markers with odom identify track or another program. Mass and axles must be in the
 configuration.
 
-The film gives the sideslip angle (path of the centre of gravity against the heading), speed,
-yaw rate and lateral acceleration; the log gives the steering angle. The film is aligned
-with the log by the yaw rates. The stiffness is the slope at zero slip of a curve that
-saturates, fitted to all circles. In the uncertainty are: the scatter of the circles, the
-markers' places, the film's scale, mass, axles, steering offset and scale, rolling
-resistance, and 1 % for the simplifications of the single-track model.
+The film gives the sideslip angle (direction of travel relative to the heading), speed, yaw
+rate and lateral acceleration; the log gives the steering angle. The yaw rates are used to
+align film and log. The stiffness is the slope at zero slip of a saturating curve fitted to
+all circles. The uncertainty includes the scatter of the circles, the positions of the
+markers, the scale of the film, mass, axles, steering offset and scale, rolling resistance,
+and 1 % for the simplifications of the single-track model.
 
 Examples:
   odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down \
@@ -193,20 +193,20 @@ Examples:
       {required()});
   method.add("--config", "FILE", options->config, "Configuration of the car (TOML)", {required()});
   method.add("--front", "X,Y", options->front,
-             "Place of the front marker: ahead of the centre of gravity and to its left [m]",
+             "Position of the front marker: ahead of the centre of gravity and to its left [m]",
              {required()});
-  method.add("--rear", "X,Y", options->rear, "Place of the rear marker, likewise: -0.12,0 [m]",
+  method.add("--rear", "X,Y", options->rear, "Position of the rear marker, likewise: -0.12,0 [m]",
              {required()});
   method.add("--metres-per-pixel", "S", options->metres_per_pixel,
-             "Scale of the tracks [m/px]; default: from the distance of the markers", {positive()});
+             "Scale of the tracks [m/px]; default: from the markers' distance", {positive()});
   method.add_flag("--metres", options->metres, "The tracks are in metres");
   method.add_flag("--y-down", options->y_down,
-                  "The tracks' y points down, as pixels do, or the film is mirrored");
+                  "The y axis of the tracks points down, as in pixels, or the film is mirrored");
   method.add("--plot", "FILE", options->plot, "Picture of force over slip angle, .svg or .png");
   const Command known = method.group("Uncertainty of the measurements");
-  known.add(
-      "--sigma-marker", "S", options->sigma_marker,
-      "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
+  known.add("--sigma-marker", "S", options->sigma_marker,
+            "Standard uncertainty of a marker's position on the car [m]; default: 1/300 of their "
+            "distance");
   known.add("--sigma-scale", "S", options->sigma_scale,
             "Standard uncertainty of a given scale, relative; default: 0.3%");
   add_delivery(method, options, identify_stiffness);

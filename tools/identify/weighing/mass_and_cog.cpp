@@ -186,13 +186,13 @@ void add_mass(Command identify) {
   Command method = identify.add_subcommand("mass", "Measure the car's mass on a scale");
   method.footer(
       R"(Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three
-times, lifting it off in between. A scale that is too small takes one axle at a time, the
-other one on a block as high as the scale: give --front and --rear, or all four wheels.
+times, and lift it off in between. If the scale is too small, weigh one axle at a time, with
+the other one on a block as high as the scale: give --front and --rear, or all four wheels.
 
-Precision: 0.5 % is sufficient. The uncertainty contains the scatter of the weighings, the
-last digit of the scale, and the scale's gain error. Repeating does not reduce the gain
-error: weigh a litre of water to find it. If axles or wheels are weighed, it also contains
-a slope of the car, which shifts load between the scale and the block.
+Precision: 0.5 % is sufficient. The uncertainty includes the scatter of the weighings, the
+last digit of the scale, and the gain error of the scale. Repetition does not reduce the
+gain error: weigh a litre of water to measure it. If axles or wheels are weighed, the
+uncertainty also includes a slope of the car, which shifts load between scale and block.
 
 Examples:
   odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g
@@ -208,16 +208,16 @@ void add_cog(Command identify) {
       "cog", "Measure the centre of gravity between the axles, with a scale and a tape measure");
   method.footer(
       R"(Put one axle on the scale and the other on a block of the same height, so that the car
-stands level; then the other axle; then, for the lateral offset, the left wheels and the
-right ones. Three times each, lifting the car in between. Steer straight ahead, tyres at
-pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase
-between the centres of the wheels, on both sides, and the track width between the middles
-of the tyres.
+is level. Then weigh the other axle and, for the lateral offset, the left wheels and the
+right ones. Weigh each three times, and lift the car in between. The wheels point straight
+ahead, the tyres are at pressure, and the brakes are off, so that nothing pushes the axles
+apart. Measure the wheelbase between the centres of the wheels, on both sides, and the track
+width between the middles of the tyres.
 
-Precision: the distance of an axle is as precise as its load (1 g in 1 kg is 0.1 %) and the
-wheelbase. A slope of the car moves it by height times slope: 0.2 mm for a height of 50 mm
-and 0.25 degrees. The uncertainty allows for that by --level. A gain error of
-the scale cancels.
+Precision: the distance to an axle is as precise as its load (1 g in 1 kg is 0.1 %) and the
+wheelbase. A slope of the car shifts it by height times slope: 0.2 mm for a height of 50 mm
+and 0.25 degrees. The uncertainty includes this according to --level. A gain error of the
+scale cancels.
 
 Examples:
   odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm
@@ -238,7 +238,7 @@ Examples:
              "Standard uncertainty of the track width; default: 1mm");
   method.add(
       "--config", "TOML", options->config,
-      "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");
+      "Configuration of the car (TOML) to compare the wheelbase with; default: that of --write");
   add_delivery(method, options, identify_cog);
 }
 

@@ -16,13 +16,11 @@ namespace {
 
 constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_table{{
     {"total", {1, 1, 1, 1}, "Load of the whole car"},
-    {"front",
-     {1, 1, 0, 0},
-     "Load of the front axle, the rear axle at the same height next to the scale"},
+    {"front", {1, 1, 0, 0}, "Load of the front axle, with the rear axle at the same height"},
     {"rear", {0, 0, 1, 1}, "Load of the rear axle"},
     {"left", {1, 0, 1, 0}, "Load of the left wheels"},
     {"right", {0, 1, 0, 1}, "Load of the right wheels"},
-    {"front-left", {1, 0, 0, 0}, "Load of the front left wheel, the others at the same height"},
+    {"front-left", {1, 0, 0, 0}, "Load of the front left wheel, others at the same height"},
     {"front-right", {0, 1, 0, 0}, "Load of the front right wheel"},
     {"rear-left", {0, 0, 1, 0}, "Load of the rear left wheel"},
     {"rear-right", {0, 0, 0, 1}, "Load of the rear right wheel"},

@@ -4,7 +4,7 @@
 const SECONDS = 60, CAMERAS = 100, DEGREES = 180 / Math.PI;
 const $ = (selector) => document.querySelector(selector);
 let car = null, beat = null, drawing = false, seen = 0;
-let rows = [], cameras = [];  // a row: time, stretch of the trail, x, y, yaw, vx, vy, yaw rate
+let rows = [], cameras = [];  // a row: time, section of the trail, x, y, yaw, vx, vy, yaw rate
 
 const isJoined = (r, next) => next[1] === r[1] && next[0] - r[0] < 1;
 const slip = (r) => Math.abs(r[5]) > 0.3 ? Math.atan2(r[6], Math.abs(r[5])) * DEGREES : NaN;
@@ -155,12 +155,12 @@ function complain(problem) {
   $("#problem").textContent = problem;
 }
 
-// A stream that was refused is not opened again by the browser.
+// The browser does not reopen a stream that was refused.
 async function retry() {
   setTimeout(connect, 3000);
   const answer = await fetch("events", {method: "HEAD"}).catch(() => null);
   if (answer) complain(answer.status === 401 ? "No token: open this page once with /?token=TOKEN." :
-    "All places for viewers are taken. Trying again.");
+    "The maximum number of viewers is reached. Trying again.");
 }
 
 async function load() {
