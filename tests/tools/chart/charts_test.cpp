@@ -5,7 +5,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/picture.hpp"
-#include "tools/chart/svg_elements.hpp"
 
 namespace odomd::tools::chart::charts_test {
 namespace {

@@ -8,7 +8,7 @@
 #include "base/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::tools::cli_test {
 namespace {
