@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "tools/cli/output.hpp"
-#include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/daemon_link.hpp"

@@ -9,7 +9,6 @@
 #include "tools/bridge/sink.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/daemon_options.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,6 +1,5 @@
 #include "tools/chart/axis.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -8,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "tools/chart/picture.hpp"
-#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {

@@ -7,10 +7,8 @@
 #include <iterator>
 #include <limits>
 
-#include "tools/chart/axis.hpp"
 #include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
-#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "tools/chart/picture.hpp"
-#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {

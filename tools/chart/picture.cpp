@@ -7,18 +7,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <memory>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include "tools/chart/svg_elements.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 namespace {
@@ -118,3 +116,47 @@ void write_picture(const std::filesystem::path& file, std::span<const Drawing> d
 }
 
 }  // namespace odomd::tools::chart
+
+namespace odomd::tools::svg {
+
+std::string px(double value) {
+  return fixed(value, 1);
+}
+
+std::string escaped(const std::string& text) {
+  // Writing and reading JSON replaces bytes that are not UTF-8.
+  constexpr std::string_view markup = "&<>\"";
+  constexpr std::array entities{"&amp;", "&lt;", "&gt;", "&quot;"};
+  std::string out;
+  for (const char c : nlohmann::json::parse(json_text(text)).get<std::string>()) {
+    if (const std::size_t at = markup.find(c); at != std::string_view::npos)
+      out += entities[at];
+    else
+      out += static_cast<unsigned char>(c) < ' ' && c != '\n' ? ' ' : c;
+  }
+  return out;
+}
+
+std::string line(const std::string& data, const std::string& colour, double stroke) {
+  return fmt::format(
+      R"(<path d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linejoin="round" )"
+      R"(stroke-linecap="round"/>)"
+      "\n",
+      data, colour, px(stroke));
+}
+
+std::string disc(double x, double y, double radius, const std::string& fill,
+                 const std::string& stroke, double stroke_width) {
+  return fmt::format(R"(<circle cx="{}" cy="{}" r="{}" fill="{}" stroke="{}" stroke-width="{}"/>)"
+                     "\n",
+                     px(x), px(y), px(radius), fill, stroke, px(stroke_width));
+}
+
+std::string words(double x, double y, double size, const std::string& attributes,
+                  const std::string& content) {
+  return fmt::format(R"(<text x="{}" y="{}" font-size="{}" {}>{}</text>)"
+                     "\n",
+                     px(x), px(y), px(size), attributes, content);
+}
+
+}  // namespace odomd::tools::svg

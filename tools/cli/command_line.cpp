@@ -7,13 +7,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <ranges>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 
 #include <CLI/CLI.hpp>

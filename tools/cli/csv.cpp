@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <istream>
-#include <limits>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -196,40 +194,27 @@ std::optional<double> parse_number(std::string_view text) {
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const bool negative = text.starts_with('-');
   if (negative) text.remove_prefix(1);
-
-  // value = 0.d₁d₂d₃… · 10^point, without leading zeros
-  std::string digits;
-  std::int64_t point = 0;
-  bool after_point = false;
-  bool any_digit = false;
-  std::size_t i = 0;
-  for (; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '.' && !after_point) {
-      after_point = true;
-    } else if (c >= '0' && c <= '9') {
-      any_digit = true;
-      if (c != '0' || !digits.empty()) digits += c;
-      if (!after_point && !digits.empty()) ++point;
-      if (after_point && digits.empty()) --point;
-    } else {
-      break;
-    }
-  }
-  if (!any_digit) return std::nullopt;
-  if (i < text.size()) {
-    if (text[i] != 'e' && text[i] != 'E') return std::nullopt;
-    text.remove_prefix(i + 1);
+  const std::size_t letter = std::min(text.find_first_of("eE"), text.size());
+  std::string digits{text.substr(0, letter)};
+  const std::size_t dot = std::min(digits.find('.'), digits.size());
+  if (dot < digits.size()) digits.erase(dot, 1);
+  if (digits.empty() || digits.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  int exponent = 0;
+  if (letter < text.size()) {
+    text.remove_prefix(letter + 1);
     if (text.starts_with('+')) text.remove_prefix(1);
-    int exponent = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    point += exponent;
   }
-  if (digits.empty()) return 0;
+  const std::size_t zeros = digits.find_first_not_of('0');
+  if (zeros == std::string::npos) return 0;
+  digits.erase(0, zeros);
 
   constexpr std::int64_t nanosecond_digits = 9;
-  const std::int64_t count = point + nanosecond_digits;  // digits of the whole nanoseconds
+  const std::int64_t count =  // digits of the whole nanoseconds
+      static_cast<std::int64_t>(dot) - static_cast<std::int64_t>(zeros) + exponent +
+      nanosecond_digits;
   if (count < 0) return 0;
   if (count > 19) return std::nullopt;
   const auto end = static_cast<std::size_t>(count);

@@ -4,7 +4,6 @@
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 
 #include "base/input_file.hpp"

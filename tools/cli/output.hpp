@@ -1,11 +1,15 @@
-// Standard output and standard error of the programs, safe against readers that stop reading.
+// Standard output and standard error of the programs, safe against readers that stop reading; and
+// the progress of long work.
 //
 // Commands with their own shutdown block INT and TERM (Interrupt). A write to a pipe that nobody
 // empties would then block for ever: here it ends one second after the signal. Output is also made
 // harmless to terminals (base/printable.hpp).
 #pragma once
 
+#include <chrono>
 #include <csignal>
+#include <cstdint>
+#include <functional>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -80,6 +84,39 @@ class Interrupt {
   sigset_t signals_{};
   sigset_t before_{};
   bool requested_ = false;
+};
+
+/// Called with the progress, arbitrarily often.
+using ReportProgress = std::function<void(const std::string&)>;
+
+/// How to show progress if standard error is not a terminal.
+enum class WithoutTerminal : std::uint8_t { lines, every_second, nothing };
+
+/// Shows the progress of long work on standard error: on a terminal one line, updated and cut to
+/// its width; elsewhere a line every ten seconds or every second, or nothing.
+class ProgressLine {
+ public:
+  /// `who` is the start of each line without a terminal: "odom fault".
+  explicit ProgressLine(std::string who, WithoutTerminal without = WithoutTerminal::lines);
+  /// Ends the line.
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  /// Shows the progress; on a terminal at most ten times a second.
+  void show(const std::string& text);
+  /// Ends the line before other output.
+  void end();
+  /// Shows the final state, however recent the last update was, and ends the line.
+  void finish(const std::string& text);
+
+ private:
+  std::string who_;
+  WithoutTerminal without_;
+  bool terminal_;
+  bool shown_ = false;
+  std::chrono::milliseconds interval_;
+  std::chrono::steady_clock::time_point next_;
 };
 
 }  // namespace odomd::tools

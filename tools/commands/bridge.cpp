@@ -1,12 +1,7 @@
 // odom bridge: exchanges poses with other programs. Sends JSON over UDP itself; ROS 2 topics are
 // left to the program odom-bridge, the only one linked with DDS.
-#include <memory>
-#include <vector>
-
 #include "tools/bridge/options.hpp"
 #include "tools/bridge/sink.hpp"
-#include "tools/cli/command_line.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 
 namespace odomd::tools {

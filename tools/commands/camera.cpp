@@ -1,18 +1,6 @@
 // odom camera send: camera poses to the running daemon, by hand, from a log or from a pipe.
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "tools/cli/command.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -97,11 +85,8 @@ void send_rows(const Options& options) {
   std::uint64_t sent = 0;
   std::uint64_t refused = 0;
   while (const auto pose = next_camera_pose(reader)) {
-    if (feed.send(*pose, options.clock.value_or(ODOM_CLOCK_MONOTONIC))) {
-      ++sent;
-    } else {
-      ++refused;
-    }
+    const bool taken = feed.send(*pose, options.clock.value_or(ODOM_CLOCK_MONOTONIC));
+    ++(taken ? sent : refused);
   }
   for (const auto& text : reader.warnings()) warn("camera send", text);
   std::cerr << "odom camera send: " << sent << " poses sent\n";

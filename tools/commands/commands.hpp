@@ -1,10 +1,28 @@
-// The subcommands of odom. Each file adds its own to the command line; parsing runs it.
+// The subcommands of odom, and the headers that most of them need. Each file adds its own to the
+// command line; parsing runs it.
 //
 // A command reports unusable input by throwing std::invalid_argument (exit status 2) and failed
 // work by any other std::exception (exit status 1); its text is the line that the user reads.
 #pragma once
 
-#include "tools/cli/command.hpp"
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 

@@ -1,15 +1,6 @@
 // odom dbc: shows CAN databases and decodes logs with them.
-#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <iostream>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/dbc/dbc.hpp"
@@ -17,8 +8,6 @@
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/frame.hpp"
 #include "can_protocol/sources/log_reader.hpp"
-#include "tools/cli/output.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/replay/log_options.hpp"
 
@@ -72,8 +61,8 @@ void print_message(const Message& message) {
   std::cout << '\n'
             << hexadecimal(message.id, message.format) << ' ' << both_names(message) << "  id "
             << message.id << (message.format == IdFormat::extended ? " extended, " : ", ")
-            << (message.id_mask == can::whole_id ? "" : "J1939, ") << int{message.length}
-            << (message.length == 1 ? " byte" : " bytes")
+            << (message.id_mask == can::whole_id ? "" : "J1939, ")
+            << counted(message.length, "byte")
             << (message.protocol == can::FrameProtocol::fd ? ", CAN FD" : "");
   if (message.cycle_time_ns > 0)
     std::cout << ", every " << shortest(static_cast<double>(message.cycle_time_ns) / 1e6) << " ms";
@@ -188,8 +177,8 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
   // Warnings come last, so that the error about an unusable file is the only line.
   for (const Database& database : read)
     if (const std::size_t warnings = database.warnings.size(); warnings > 0)
-      say(fmt::format("{0}: {1} {2}; odom dbc show {0} lists them", database.file, warnings,
-                      warnings == 1 ? "warning" : "warnings"));
+      say(fmt::format("{0}: {1}; odom dbc show {0} lists them", database.file,
+                      counted(warnings, "warning")));
   for (const std::string& warning : reader.warnings()) say(warning);
 }
 

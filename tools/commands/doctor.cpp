@@ -1,22 +1,6 @@
 // odom doctor: finds faults of the machine, the daemon, the buses or a drive, and how to fix them.
-#include <fmt/format.h>
-
-#include <chrono>
-#include <filesystem>
-#include <iostream>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
-#include "tools/cli/command_line.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/doctor/bus.hpp"

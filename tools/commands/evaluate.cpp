@@ -1,27 +1,11 @@
 // odom evaluate: errors of estimates, from pose files or whole drives.
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/picture.hpp"
-#include "tools/cli/command.hpp"
-#include "tools/cli/command_line.hpp"
-#include "tools/cli/files.hpp"
-#include "tools/cli/output.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"

@@ -1,15 +1,4 @@
 // odom export: writes a drive for viewers.
-#include <fmt/format.h>
-
-#include <filesystem>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include "tools/cli/command.hpp"
-#include "tools/cli/files.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/export/drive_data.hpp"

@@ -1,24 +1,9 @@
 // odom fault: injects faults of sensors, buses and cameras, into logs and live.
-#include <algorithm>
-#include <chrono>
-#include <filesystem>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <thread>
 #include <tuple>
-#include <vector>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "base/wall_clock.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/files.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -104,8 +89,11 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
   }
 }
 
+// Prints how many frames or poses came in and went out, and how many of them each fault changed.
 // Warns of faults that had no effect, which is rarely intended.
-void report(const std::vector<fault::Acted>& acted, const char* what) {
+void report(const std::string& input, std::uint64_t in, std::uint64_t out,
+            const std::vector<fault::Acted>& acted, const char* what) {
+  std::cerr << fmt::format("odom fault: {}{} {} in, {} out\n", input, in, what, out);
   for (const auto& [one, count] : acted) {
     const std::string name = name_of(one.kind);
     if (count == 0)
@@ -152,9 +140,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   sink.finish();
   progress.end();
   for (const std::string& warning : log.warnings()) warn("fault", warning);
-  std::cerr << fmt::format("odom fault: {}: {} frames in, {} out\n", log.label(), streamed.in,
-                           streamed.out);
-  report(injector.acted(), "frames");
+  report(log.label() + ": ", streamed.in, streamed.out, injector.acted(), "frames");
   return streamed.first_ns;
 }
 
@@ -164,9 +150,7 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
   WholeFile sink(options.camera_out);
   const fault::Streamed streamed = write_camera_log(camera.poses, injector, sink.stream());
   sink.finish();
-  std::cerr << fmt::format("odom fault: {}: {} camera poses in, {} out\n", options.camera,
-                           streamed.in, streamed.out);
-  report(injector.acted(), "camera poses");
+  report(options.camera + ": ", streamed.in, streamed.out, injector.acted(), "camera poses");
 }
 
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
@@ -211,21 +195,17 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
     std::this_thread::sleep_for(between);
   }
   if (bus) {
-    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->relayed().received,
-                             bus->relayed().sent);
+    report("", bus->relayed().received, bus->relayed().sent, bus->acted(), "frames");
     if (bus->lost() > 0)
       warn("fault", fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
-    report(bus->acted(), "frames");
   }
   if (camera) {
-    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->relayed().received,
-                             camera->relayed().sent);
-    if (camera->relayed().refused > 0)
-      warn("fault", fmt::format("{} poses found no daemon", camera->relayed().refused));
-    if (camera->relayed().malformed > 0)
-      warn("fault",
-           fmt::format("{} messages were not camera poses; left out", camera->relayed().malformed));
-    report(camera->acted(), "camera poses");
+    const fault::Relayed& relayed = camera->relayed();
+    report("", relayed.received, relayed.sent, camera->acted(), "camera poses");
+    if (relayed.refused > 0)
+      warn("fault", fmt::format("{} poses found no daemon", relayed.refused));
+    if (relayed.malformed > 0)
+      warn("fault", fmt::format("{} messages were not camera poses; left out", relayed.malformed));
   }
 }
 

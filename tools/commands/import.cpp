@@ -1,16 +1,7 @@
 // odom import: makes a drive from tables.
-#include <iostream>
-#include <memory>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "tools/cli/output.hpp"
-#include "tools/cli/progress.hpp"
-#include "tools/cli/text.hpp"
+#include "tools/import/import.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/import/import.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,14 +1,6 @@
 // odom init: creates a configuration from a database and a drive.
-#include <iostream>
-#include <memory>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "tools/cli/output.hpp"
-#include "tools/cli/text.hpp"
-#include "tools/commands/commands.hpp"
 #include "tools/init/init.hpp"
+#include "tools/commands/commands.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
@@ -19,7 +11,8 @@ struct Options {
   bool json = false;
 };
 
-void report(const Options& options, const InitResult& result) {
+void run(const Options& options) {
+  const InitResult result = init(options.init);
   for (const auto& warning : result.warnings) warn("init", text_of(warning));
   std::cout << (options.json ? json_text(as_json(result.draft), 2) + '\n' : as_text(result.draft));
   const std::string out = options.init.out.string();
@@ -32,10 +25,6 @@ void report(const Options& options, const InitResult& result) {
   if (!options.init.can.empty())
     say(fmt::format("odom init: try it: odom replay --config {} --can {} --out pose.csv", out,
                     options.init.can.front()));
-}
-
-void run(const Options& options) {
-  report(options, init(options.init));
 }
 
 }  // namespace

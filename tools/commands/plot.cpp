@@ -1,18 +1,9 @@
 // odom plot: one picture of pose files, or of the running daemon.
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <iterator>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "tools/chart/picture.hpp"
-#include "tools/cli/command.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/innovation_file.hpp"

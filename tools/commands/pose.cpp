@@ -1,22 +1,8 @@
 // odom pose: the pose from shared memory, once or at every tick.
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <iostream>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "daemon/core/conditions.hpp"
-#include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/daemon_link.hpp"

@@ -1,21 +1,10 @@
 // odom record: the daemon's inputs and outputs, as logs that replay to the same bits.
-#include <array>
-#include <chrono>
+#include <fmt/chrono.h>
+
 #include <cstring>
 #include <ctime>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include <fmt/format.h>
-
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
-#include "tools/cli/progress.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/live/daemon_link.hpp"
@@ -40,11 +29,7 @@ double seconds_since(steady_clock::time_point start) {
 }
 
 std::string name_of_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  ::localtime_r(&now, &parts);
-  std::array<char, 40> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "drive-%Y%m%d-%H%M%S", &parts)};
+  return fmt::format("drive-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
 }
 
 // Records one drive after another until it is stopped.

@@ -1,25 +1,12 @@
 // odom replay: a recorded drive through the daemon's pipeline, in virtual time.
-#include <chrono>
-#include <filesystem>
-#include <iostream>
-#include <memory>
-#include <optional>
 #include <span>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/files.hpp"
-#include "tools/cli/output.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/diagnostics/trajectory_checks.hpp"

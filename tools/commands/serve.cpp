@@ -1,9 +1,6 @@
 // odom serve: hands over to the program odom-web, the only one linked with an HTTP library.
 #include "tools/serve/options.hpp"
 
-#include <memory>
-
-#include "tools/cli/command_line.hpp"
 #include "tools/commands/commands.hpp"
 
 namespace odomd::tools {

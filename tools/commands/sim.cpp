@@ -1,21 +1,7 @@
 // odom sim: drives a simulated car, into a folder or live.
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "tools/cli/command_line.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/progress.hpp"
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/drive_folder.hpp"
@@ -70,12 +56,9 @@ sim::RunOptions run_options(const Arguments& arguments) {
 }
 
 void list_scenarios() {
-  for (const sim::Scenario& scenario : sim::all_scenarios()) {
-    std::string line(scenario.name);
-    line.resize(std::max<std::size_t>(line.size() + 2, 14), ' ');
-    std::cout << line << scenario.sentence << " (" << scenario.speed << " m/s, " << scenario.laps
-              << (scenario.laps == 1 ? " lap)\n" : " laps)\n");
-  }
+  for (const sim::Scenario& scenario : sim::all_scenarios())
+    std::cout << fmt::format("{:<12}  {} ({:g} m/s, {} {})\n", scenario.name, scenario.sentence,
+                             scenario.speed, scenario.laps, scenario.laps == 1 ? "lap" : "laps");
 }
 
 // What a drive has sent, for its summary.

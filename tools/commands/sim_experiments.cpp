@@ -1,9 +1,4 @@
 // odom sim swing, odom sim weighing: experiments with a simulated car.
-#include <iostream>
-#include <memory>
-#include <nlohmann/json.hpp>
-
-#include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/sim/experiments.hpp"
 

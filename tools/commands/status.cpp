@@ -1,15 +1,6 @@
 // odom status: shows the daemon's status.
-#include <chrono>
-#include <iostream>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <thread>
 
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/status_text.hpp"

@@ -1,20 +1,10 @@
 // odom watch: a daemon live on the terminal.
-
 #include <poll.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
-#include <iostream>
-#include <memory>
-#include <stdexcept>
-#include <string>
 #include <thread>
 #include <tuple>
 
-#include "tools/cli/command.hpp"
-#include "tools/cli/daemon_options.hpp"
-#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/live/watch/observer.hpp"
 #include "tools/live/watch/page.hpp"

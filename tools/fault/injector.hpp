@@ -18,7 +18,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/frame_fault.hpp"
 

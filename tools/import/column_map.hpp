@@ -10,7 +10,7 @@
 
 #include "daemon/core/config.hpp"
 #include "daemon/core/config_toml.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/import/time_column.hpp"
 
 namespace odomd::tools {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/import/column_map.hpp"
 #include "tools/init/proposal.hpp"
 #include "tools/sim/drive_folder.hpp"

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "base/wall_clock.hpp"
 #include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools {
@@ -23,10 +24,6 @@ steady_clock::time_point at_monotonic(std::int64_t ns) {
 void send(CameraFeed& feed, const estimator::CameraPose& pose, odom_clock clock,
           PlayedLog& played) {
   ++(feed.send(pose, clock) ? played.sent : played.refused);
-}
-
-std::int64_t monotonic_now_ns() {
-  return nanoseconds{steady_clock::now().time_since_epoch()}.count();
 }
 
 }  // namespace
@@ -116,7 +113,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
     }
     const auto now = offset();
     const std::int64_t due_ns = pose.arrival_ns - *now;
-    if (due_ns + grace_ns < monotonic_now_ns()) {
+    if (due_ns + grace_ns < monotonic_now()) {
       ++played.late;
       continue;
     }
@@ -129,7 +126,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
 PlayedLog play_from_now(CameraFeed& feed, std::span<const estimator::CameraPose> poses) {
   PlayedLog played;
   if (poses.empty()) return played;
-  const std::int64_t shift_ns = monotonic_now_ns() - poses.front().arrival_ns;
+  const std::int64_t shift_ns = monotonic_now() - poses.front().arrival_ns;
   for (estimator::CameraPose pose : poses) {
     pose.arrival_ns += shift_ns;
     pose.capture_ns += shift_ns;

@@ -7,14 +7,9 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <memory>
 #include <new>
-#include <optional>
-#include <stdexcept>
 #include <system_error>
 #include <thread>
 

@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tools/cli/files.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/view.hpp"

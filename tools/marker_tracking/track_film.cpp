@@ -13,7 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "tools/cli/csv.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/view.hpp"

@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/marker_tracking/film.hpp"
 
 namespace odomd::tools {

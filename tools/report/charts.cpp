@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -53,8 +52,6 @@ struct Dimension {
   const char* unit;
   double factor;  // from the source's unit
 };
-
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 std::vector<Dimension> dimensions_of(Source source) {
   switch (info_of(source).quantity) {
@@ -119,7 +116,7 @@ std::vector<chart::Point> points_between(const Trajectory& trajectory, std::int6
 
 std::string note_of(const Evaluation& e) {
   if (e.against == Against::nothing) return {};
-  const double turned = std::abs(e.heading_end) * 180.0 / std::numbers::pi;
+  const double turned = std::abs(e.heading_end) * degrees;
   std::string heading = fixed(turned, turned < 1.0 ? 2 : 1) + "°";
   if (!e.end_cm_per_m) return heading;
   return fixed(*e.end_cm_per_m, *e.end_cm_per_m < 0.1 ? 3 : 2) + " cm/m · " + heading;

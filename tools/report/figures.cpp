@@ -4,11 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <numbers>
-#include <optional>
 
-#include "tools/chart/chart.hpp"
-#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/pose_error.hpp"
 
@@ -17,8 +13,6 @@ namespace {
 
 using chart::Chart;
 using chart::Series;
-
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 // The unit of lengths in a chart: millimetres if all values are below 0.2 m.
 struct Unit {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,8 @@
 #include "tools/evaluation/evaluated_drive.hpp"
 
 namespace odomd::tools {
+
+inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 struct Figure {
   chart::Drawing drawing;

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <optional>
 #include <ranges>
 #include <string_view>
 #include <vector>
 
-#include "tools/chart/svg_elements.hpp"
+#include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/report/figures.hpp"

@@ -6,15 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
-#include "tools/chart/picture.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/pose_csv.hpp"
@@ -28,8 +25,6 @@ namespace {
 
 using chart::Chart;
 using chart::Series;
-
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 using Value = double (*)(const TrajectoryPoint&);
 

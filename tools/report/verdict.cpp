@@ -2,14 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
-#include <utility>
 
 #include "tools/cli/text.hpp"
 #include "tools/math/median.hpp"
@@ -19,41 +16,41 @@ namespace odomd::tools::report {
 namespace {
 
 /// Grades a value: Grade::good up to `good`, Grade::look_at up to `look_at`, Grade::wrong beyond.
-struct Bar {
+struct Thresholds {
   double good;
   double look_at;
 
-  [[nodiscard]] Grade of(double value) const {
+  [[nodiscard]] Grade grade(double value) const {
     return value <= good ? Grade::good : value <= look_at ? Grade::look_at : Grade::wrong;
   }
 };
 
 // In the paper the filter ends within 1.25 cm per metre of the lap, the kinematic model within 7.2.
 // Twice the former is usual for a filter; beyond the latter a car needs no filter.
-constexpr Bar drift{2.5, 7.2};  // cm/m
+constexpr Thresholds drift{2.5, 7.2};  // cm/m
 
 // A filter with a camera averages its poses: its rms error should be below the sigma of one pose.
 // From three times that sigma on, it does not follow the camera.
-constexpr Bar against_a_pose{1.0, 3.0};
+constexpr Thresholds camera_error_ratio{1.0, 3.0};
 
 // NEES 6 is twice the expected 3: sigmas are too small by 1.4, which 3-sigma limits tolerate. At 15
 // they are too small by 2.2, and 18 % of an axis's errors exceed its 3 sigma.
-constexpr Bar nees{6.0, 15.0};
-constexpr double cautious_nees = 0.75;  // sigmas twice as large as the errors
+constexpr Thresholds nees{6.0, 15.0};
+constexpr double low_nees = 0.75;  // sigmas twice as large as the errors
 
 // Limits of NIS / expected for a source: its noise is then wrong by a factor of two.
-constexpr double least_nis = 0.25;
-constexpr double most_nis = 4.0;
+constexpr double min_nis = 0.25;
+constexpr double max_nis = 4.0;
 
 /// Limits of the heading's sigma, and of the share of the drive in which it may be larger.
 constexpr double max_heading_sigma = 10.0, max_uncertain_share = 0.1;  // deg
 
 /// Shorter drives may end near the reference by chance: their drift is not judged.
-constexpr double least_path = 5.0;  // m
+constexpr double min_path = 5.0;  // m
 
 /// A camera as reference makes the position rms of simulated drives up to 28 % larger, most for the
 /// best model (docs/evaluation.md). With truth, differences below 5 % are chance.
-constexpr double clear_by = 5.0, clear_by_camera = 30.0;  // %
+constexpr double min_improvement = 5.0, min_improvement_with_camera = 30.0;  // %
 
 void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdict) {
   if (focus >= drive.replays.size()) return;
@@ -61,8 +58,8 @@ void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Verdict& verdic
   if (!summary.fault_ns) return;
   verdict.add(
       Grade::wrong,
-      fmt::format("It stopped with a fault {} s after the start; its figures are of the pose "
-                  "that stayed behind.",
+      fmt::format("It stopped with a fault {} s after the start; its figures are those of the "
+                  "pose at which it stopped.",
                   fixed(static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9, 1)));
 }
 
@@ -88,22 +85,22 @@ std::string subject_of(const EvaluatedDrive& drive) {
 
 // Returns false if the drift cannot be judged.
 bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Verdict& verdict) {
-  if (!e.end_cm_per_m || e.path_length < least_path) return false;
+  if (!e.end_cm_per_m || e.path_length < min_path) return false;
   // The end may be right by chance: the rms counts, too.
   const double off =
       std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
   const std::string rms =
       has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 2)) : "";
-  verdict.add(drift.of(100.0 * off),
-              fmt::format("{} {}{} m off at the end, of {} m: {} % of the way. "
-                          "Up to {} % is good; from {} % on it is no better than the paper's car "
+  verdict.add(drift.grade(100.0 * off),
+              fmt::format("{} {}{} m off at the end of {} m: {} % of the distance. "
+                          "Up to {} % is good; above {} % it is no better than the paper's car "
                           "without a filter.",
                           subject_of(drive), rms, fixed(e.end_error, 2), fixed(e.path_length, 0),
                           fixed(100.0 * off, 2), fixed(drift.good, 1), fixed(drift.look_at, 1)));
   if (drive.loop_is_assumed)
     verdict.add(Grade::look_at,
-                "That the drive ends where it began is assumed, as the poses nearly do: say so "
-                "with --closed-loop if it is true.");
+                "It is assumed that the drive ends where it began, because the poses nearly do: "
+                "confirm it with --closed-loop.");
   return true;
 }
 
@@ -113,7 +110,7 @@ bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Verdict
   for (const estimator::CameraPose& pose : drive.cameras)
     sigmas.push_back(std::hypot(pose.sigma_x, pose.sigma_y));
   const double pose = median_of(std::move(sigmas));
-  const Grade grade = against_a_pose.of(e.position.rms / pose);
+  const Grade grade = camera_error_ratio.grade(e.position.rms / pose);
   verdict.add(grade,
               fmt::format("With the camera its position is off by {} mm rms, {} than one camera "
                           "pose, whose stated sigma of x and y together is {} mm.",
@@ -136,7 +133,7 @@ void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Verdict& ver
   if (!better || e.against == Against::nothing) return;
   const std::string than = names_of(drive)[drive.report.baseline];
   const char* const of = everywhere ? "position rms" : "error at the end";
-  const double clear = e.against == Against::camera ? clear_by_camera : clear_by;
+  const double clear = e.against == Against::camera ? min_improvement_with_camera : min_improvement;
   if (*better >= clear)
     verdict.add(Grade::good, fmt::format("Its {} is {} % smaller than that of {}.", of,
                                          fixed(*better, 0), than));
@@ -146,22 +143,22 @@ void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Verdict& ver
                             "(gyro, accelerometers, tyres).",
                             of, fixed(-*better, 0), than, than));
   else
-    verdict.add(Grade::good, fmt::format("Its {} is about that of {}.", of, than));
+    verdict.add(Grade::good, fmt::format("Its {} is about the same as that of {}.", of, than));
 }
 
 void judge_nees(const Evaluation& e, Verdict& verdict) {
   if (!e.consistency) return;
   const double mean = e.consistency->nees;
   const std::string figure = "the mean NEES is " + fixed(mean, 1) + " (3 is expected)";
-  if (mean < cautious_nees)
+  if (mean < low_nees)
     verdict.add(Grade::look_at, "Its sigmas are too large: " + figure + ".");
-  else if (nees.of(mean) == Grade::good)
+  else if (nees.grade(mean) == Grade::good)
     verdict.add(Grade::good, "Its sigmas fit its errors: " + figure + ".");
   else
     verdict.add(
-        nees.of(mean),
-        fmt::format("It is more certain than it should be: {}, so its errors are {} times as "
-                    "large as its sigmas say.",
+        nees.grade(mean),
+        fmt::format("Its sigmas are too small: {}; its errors are {} times as large as they "
+                    "predict.",
                     figure, fixed(std::sqrt(mean / 3.0), 1)));
 }
 
@@ -169,8 +166,7 @@ void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Verdict& verd
   const Trajectory& poses = drive.estimates[focus];
   if (!poses.has_covariance || poses.points.empty()) return;
   const auto uncertain = std::ranges::count_if(poses.points, [](const TrajectoryPoint& point) {
-    return std::sqrt(std::max(point.covariance[5], 0.0)) * 180.0 / std::numbers::pi >
-           max_heading_sigma;
+    return std::sqrt(std::max(point.covariance[5], 0.0)) * degrees > max_heading_sigma;
   });
   const double share = static_cast<double>(uncertain) / static_cast<double>(poses.points.size());
   if (share > max_uncertain_share)
@@ -187,22 +183,23 @@ void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Verdict& 
   for (std::size_t source = 0; source < all.size(); ++source) {
     if (all[source].count == 0) continue;
     const double ratio = all[source].nis_per_degree();
-    if (ratio >= least_nis && ratio <= most_nis) continue;
+    if (ratio >= min_nis && ratio <= max_nis) continue;
     off += fmt::format("{}{} ({})", off.empty() ? "" : ", ", estimator::source_names[source],
                        fixed(ratio, 2));
   }
   if (off.empty())
     verdict.add(
         Grade::good,
-        fmt::format("Every sensor agrees with it as well as its noise says: NIS over expected "
-                    "is between {} and {} for each.",
-                    fixed(least_nis, 2), fixed(most_nis, 0)));
+        fmt::format("Every sensor agrees with it as closely as its noise setting predicts: NIS / "
+                    "expected is between {} and {} for each.",
+                    fixed(min_nis, 2), fixed(max_nis, 0)));
   else
-    verdict.add(Grade::look_at,
-                fmt::format("Noises that do not fit, by NIS over expected (1 is expected, {} to {} "
-                            "accepted): {}. Above, the noise is set too small or the model wrong; "
-                            "below, too large.",
-                            fixed(least_nis, 2), fixed(most_nis, 0), off));
+    verdict.add(
+        Grade::look_at,
+        fmt::format("Sensors whose noise setting does not fit, with NIS / expected outside {} "
+                    "to {}: {}. Above, the noise is set too small or the model is wrong; "
+                    "below, the noise is set too large.",
+                    fixed(min_nis, 2), fixed(max_nis, 0), off));
 }
 
 }  // namespace
@@ -227,7 +224,7 @@ Verdict verdict_of(const EvaluatedDrive& drive) {
   judge_innovations(drive, focus, verdict);
   if (!position_is_judged)
     verdict.add(Grade::look_at,
-                "Whether the position is right is not known: there is nothing to compare it "
+                "It is unknown whether the position is right: there is nothing to compare it "
                 "with, or the car drove less than 5 m.");
   verdict.subject = names_of(drive)[focus] + (camera_came_in(drive)    ? " with the camera"
                                               : !drive.replays.empty() ? " by dead reckoning"

@@ -12,7 +12,6 @@
 
 #include "base/file_descriptor.hpp"
 #include "base/printable.hpp"
-#include "tools/cli/daemon_options.hpp"
 
 namespace odomd::serve {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/simulation.hpp"
 

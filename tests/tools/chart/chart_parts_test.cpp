@@ -1,10 +1,10 @@
-// Parts of charts: axes, lines with fewer points, escaped text.
+// Parts of charts: axes, thinned-out lines, escaped text.
 #include <limits>
 
 #include "tests/gtest.hpp"
 #include "tools/chart/axis.hpp"
 #include "tools/chart/decimate.hpp"
-#include "tools/chart/svg_elements.hpp"
+#include "tools/chart/picture.hpp"
 
 namespace odomd::tools::chart::chart_parts_test {
 namespace {
@@ -22,7 +22,7 @@ TEST(Ticks, AreRoundNumbersWithinTheRange) {
               ElementsAre("0.000", "0.001", "0.002", "0.003", "0.004"));
 }
 
-TEST(Ticks, OfALogarithmicAxisAreDecadesAndFinerWhereThereIsRoom) {
+TEST(Ticks, OfALogarithmicAxisAreDecadesOrFiner) {
   EXPECT_THAT(labels({5.0, 1000.0}, Scaling::logarithmic, 8),
               ElementsAre("5", "10", "20", "50", "100", "200", "500", "1000"));
   EXPECT_THAT(labels({0.01, 1000.0}, Scaling::logarithmic, 8),
@@ -35,7 +35,7 @@ TEST(Ticks, OfALogarithmicAxisAreDecadesAndFinerWhereThereIsRoom) {
   EXPECT_LE(labels({1e-9, 1e9}, Scaling::logarithmic, 6).size(), 6U);
 }
 
-TEST(Scale, MapsBothWaysOfScaling) {
+TEST(Scale, MapsLinearlyAndLogarithmically) {
   const Scale linear{{0.0, 10.0}, Scaling::linear, 100.0, 200.0};
   EXPECT_DOUBLE_EQ(linear(2.5), 125.0);
   const Scale down{{0.0, 10.0}, Scaling::linear, 200.0, 100.0};
@@ -44,7 +44,7 @@ TEST(Scale, MapsBothWaysOfScaling) {
   EXPECT_NEAR(decades(10.0), 1.0, 1e-12);
 }
 
-TEST(Scale, KeepsWhatRunsAwayANumberThatARendererTakes) {
+TEST(Scale, LimitsFarValuesToWhatRenderersAccept) {
   const Scale linear{{0.0, 1.0}, Scaling::linear, 0.0, 1000.0};
   EXPECT_LT(linear(1e300), 1e6);
   EXPECT_GT(linear(-std::numeric_limits<double>::infinity()), -1e6);
@@ -52,7 +52,7 @@ TEST(Scale, KeepsWhatRunsAwayANumberThatARendererTakes) {
   EXPECT_GT(decades(0.0), -1e6);
 }
 
-TEST(WithRoom, GivesARangeOfNoWidthSome) {
+TEST(WithRoom, WidensARangeOfZeroWidth) {
   EXPECT_GT(with_room({3.0, 3.0}, Scaling::linear).width(), 0.5);
   EXPECT_GT(with_room({1e12, 1e12}, Scaling::linear).width(), 0.0);
   const Range decades = with_room({0.0, 0.0}, Scaling::logarithmic);
@@ -94,7 +94,7 @@ TEST(Decimated, KeepsTheEndsAndTheOrder) {
   for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
 }
 
-TEST(Decimated, LeavesAShortCurveAsItIsButForWhatIsFarOutside) {
+TEST(Decimated, KeepsAShortCurveExceptForPointsFarOutside) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const auto heights = [](const std::vector<Point>& points) {
     std::vector<double> all;
@@ -104,13 +104,13 @@ TEST(Decimated, LeavesAShortCurveAsItIsButForWhatIsFarOutside) {
   std::vector<double> all;
   for (const Point& point : wave(50)) all.push_back(point.y);
   EXPECT_EQ(heights(wave(50)), all);
-  // A gap is one; the neighbours of what is visible are kept.
+  // Successive gaps become one; the nearest point outside on either side is kept.
   EXPECT_THAT(heights({{0, 1}, {1, nan}, {2, nan}, {3, 2}, {4, 3}}),
               ElementsAre(1.0, ::testing::IsNan(), 2.0, 3.0));
   EXPECT_THAT(heights({{-9, 1}, {-5, 2}, {50, 3}, {110, 4}, {120, 5}}), ElementsAre(2.0, 3.0, 4.0));
 }
 
-TEST(Decimated, OfABandKeepsItsGaps) {
+TEST(Decimated, KeepsTheGapsOfABand) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<BandPoint> band{
       {0.0, -1.0, 1.0}, {1.0, nan, nan}, {2.0, nan, nan}, {8.0, -1.0, 1.0}};
@@ -119,7 +119,7 @@ TEST(Decimated, OfABandKeepsItsGaps) {
   EXPECT_TRUE(std::isnan(kept[1].low));
 }
 
-TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
+TEST(Decimated, KeepsTheFullWidthOfABand) {
   std::vector<BandPoint> band;
   for (int i = 0; i <= 10'000; ++i) band.push_back({0.01 * i, -1.0, 1.0});
   band[777] = {7.77, -8.0, 2.0};
@@ -135,7 +135,7 @@ TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
   EXPECT_EQ(high, 9.0);
 }
 
-TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
+TEST(Thinned, KeepsOutliersAndTheDensity) {
   // All within ±1, except one in a hundred at ±3.
   std::vector<Point> points;
   for (std::size_t i = 0; i < 100'000; ++i) {
@@ -151,12 +151,12 @@ TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
   for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
 }
 
-TEST(Thinned, LeavesFewDotsAsTheyAre) {
+TEST(Thinned, KeepsAllOfAFewDots) {
   const std::vector<Point> points = wave(400);
   EXPECT_EQ(thinned(points, x, 160, 12).size(), points.size());
 }
 
-TEST(Escaped, HidesMarkupAndReplacesWhatIsNoUtf8) {
+TEST(Escaped, EscapesMarkupAndReplacesInvalidUtf8) {
   EXPECT_EQ(svg::escaped("a<b>&\"c\" ψ±3√S 🚗"), "a&lt;b&gt;&amp;&quot;c&quot; ψ±3√S 🚗");
   EXPECT_EQ(svg::escaped("two\nlines\x01"), "two\nlines ");
   EXPECT_EQ(svg::escaped("lap\xff.csv"), "lap\uFFFD.csv");

@@ -5,14 +5,13 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/picture.hpp"
-#include "tools/chart/svg_elements.hpp"
 
 namespace odomd::tools::chart::charts_test {
 namespace {
 
 using ::testing::AnyOf;
 
-TEST(Colours, DistinguishADozenThings) {
+TEST(Colours, AreDistinctForTwelveItems) {
   std::set<std::string> different;
   for (std::size_t i = 0; i < 12; ++i) different.insert(colour_of(i));
   EXPECT_EQ(different.size(), 12U);
@@ -40,7 +39,7 @@ std::string svg_of(const Chart& chart) {
   return as_svg(std::array{draw(chart)});
 }
 
-TEST(Chart, IsWellFormedWithItsWordsEscaped) {
+TEST(Chart, IsWellFormedAndEscapesItsWords) {
   const std::string svg = svg_of(sine());
   EXPECT_EQ(markup_fault(svg), "");
   for (const char* words :
@@ -49,7 +48,7 @@ TEST(Chart, IsWellFormedWithItsWordsEscaped) {
   }
 }
 
-TEST(Chart, BreaksABandWhereThereIsNone) {
+TEST(Chart, BreaksABandAtAGap) {
   Chart chart = sine();
   chart.levels.clear();
   const auto pieces = [](const std::string& svg) {
@@ -64,7 +63,7 @@ TEST(Chart, BreaksABandWhereThereIsNone) {
   EXPECT_EQ(pieces(svg_of(chart)), 2);
 }
 
-TEST(Chart, OfUnusualDataIsStillAPicture) {
+TEST(Chart, DrawsUnusualData) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double inf = std::numeric_limits<double>::infinity();
   Chart empty;
@@ -89,7 +88,7 @@ TEST(Chart, OfUnusualDataIsStillAPicture) {
   }
 }
 
-TEST(Chart, OfALongDriveIsNoLargerThanItsPicture) {
+TEST(Chart, LimitsTheSizeOfALongDrive) {
   Chart chart;
   Series series{"long", "", "#0072B2", {}};
   for (int i = 0; i < 400'000; ++i) series.points.push_back({0.005 * i, std::sin(0.1 * i)});
@@ -97,7 +96,7 @@ TEST(Chart, OfALongDriveIsNoLargerThanItsPicture) {
   EXPECT_LT(svg_of(chart).size(), 60'000U);
 }
 
-TEST(Drawings, StandBelowEachOther) {
+TEST(Drawings, AreStackedVertically) {
   const Drawing one = draw(sine());
   const std::string svg = as_svg(std::array{one, one});
   EXPECT_EQ(markup_fault(svg), "");
@@ -121,7 +120,7 @@ Chart circle_map() {
   return map;
 }
 
-TEST(Map, IsAnSvgWithEscapedWordsAndItsLegend) {
+TEST(Map, IsAnSvgWithALegendAndEscapesItsWords) {
   const std::string svg = svg_of(circle_map());
   EXPECT_THAT(svg, StartsWith("<svg xmlns="));
   EXPECT_EQ(markup_fault(svg), "");
@@ -145,7 +144,7 @@ TEST(Map, HasEqualAxes) {
   EXPECT_NEAR(across.width(), down.width(), 2.0);
 }
 
-TEST(Map, CutsAnEstimateThatRunsAway) {
+TEST(Map, CutsAnEstimateThatDiverges) {
   Chart map = circle_map();
   map.series[2].points.push_back({1e9, 1e9});
   const std::string svg = svg_of(map);
@@ -153,7 +152,7 @@ TEST(Map, CutsAnEstimateThatRunsAway) {
   EXPECT_LT(svg.size(), 100'000U);
 }
 
-TEST(Map, DrawsNoMoreThanIsVisible) {
+TEST(Map, LimitsTheSizeOfALongDrive) {
   Chart map = circle_map();
   auto& points = map.series[2].points;
   for (int i = 0; i < 200'000; ++i)
@@ -161,7 +160,7 @@ TEST(Map, DrawsNoMoreThanIsVisible) {
   EXPECT_LT(svg_of(map).size(), 60'000U);
 }
 
-TEST(PictureFile, IsSvgOrPngByItsEnding) {
+TEST(PictureFile, HasTheFormatOfItsFileExtension) {
   const Scratch scratch;
   write_picture(scratch.path("a.svg"), std::array{draw(circle_map())});
   EXPECT_EQ(contents(scratch.path("a.svg")), svg_of(circle_map()));
@@ -173,7 +172,7 @@ TEST(PictureFile, IsSvgOrPngByItsEnding) {
       HasSubstr("/nonexistent/a.png: cannot be written"));
 }
 
-TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
+TEST(PictureFile, SaysThatPngNeedsAConverter) {
   const Scratch scratch;
   const char* inherited = std::getenv("PATH");
   const std::string path = inherited != nullptr ? inherited : "";

@@ -8,7 +8,7 @@
 #include "base/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::tools::cli_test {
 namespace {
@@ -37,14 +37,14 @@ TEST(CsvReader, ReadsColumnsByNameFromTextsOfOtherSystems) {
     EXPECT_EQ(column_a(text), (Values{1.0, 3.0}));
 }
 
-TEST(CsvReader, SaysWhetherAnOptionalColumnIsThere) {
+TEST(CsvReader, SaysWhetherAnOptionalColumnExists) {
   std::istringstream with{"a,b\n1,2\n"};
   std::istringstream without{"a\n1\n"};
   EXPECT_TRUE((CsvReader{with, "x", {"a", "b"}, LastLine::keep_whole, {.required = 1}}.has(1)));
   EXPECT_FALSE((CsvReader{without, "x", {"a", "b"}, LastLine::keep_whole, {.required = 1}}.has(1)));
 }
 
-TEST(CsvReader, NamesFileLineAndColumnOfWhatIsNoFiniteNumber) {
+TEST(CsvReader, NamesFileLineAndColumnOfANumberThatIsNotFinite) {
   EXPECT_EQ(error_of("a,b\n1,2\nnan,2\n"),
             "x.csv:3: column \"a\": \"nan\" is not a finite number; correct or remove the line");
   for (const char* bad : {"inf", "-inf", "1e999", "1x", "", "0x10", "1 2", "+1", "--1"}) {
@@ -53,7 +53,7 @@ TEST(CsvReader, NamesFileLineAndColumnOfWhatIsNoFiniteNumber) {
   }
 }
 
-TEST(CsvReader, RefusesWhatIsNoTableWithoutEchoingIt) {
+TEST(CsvReader, RefusesOtherTextWithoutEchoingIt) {
   const std::pair<std::string, const char*> cases[]{
       {"t,b\n1,2\n", "x.csv:1: no column \"a\"; the header is \"t,b\", it needs a"},
       {"", "x.csv: is empty"},
@@ -66,7 +66,7 @@ TEST(CsvReader, RefusesWhatIsNoTableWithoutEchoingIt) {
     EXPECT_THAT(error_of(text), AllOf(HasSubstr(says), Not(HasSubstr("\x1b"))));
 }
 
-TEST(CsvReader, ALastLineWithoutNewlineIsKeptOrDroppedAsAskedAndNeverSilently) {
+TEST(CsvReader, KeepsOrDropsALastLineWithoutNewlineWithAWarning) {
   using enum LastLine;
   using Values = std::vector<double>;
   const struct {
@@ -104,7 +104,7 @@ TEST(CsvReader, ReadsTheLayoutsOfOtherPrograms) {
   EXPECT_FALSE(reader.next());
 }
 
-TEST(ParseSeconds, IsExactWhereADoubleIsNotAndRefusesWhatIsNoTimeOrDoesNotFit) {
+TEST(ParseSeconds, IsExactToTheNanosecondAndRefusesInvalidTimes) {
   const std::pair<const char*, std::int64_t> cases[]{
       {"1760000000.123456789", 1'760'000'000'123'456'789},
       {"-0.000000001", -1},
@@ -140,7 +140,7 @@ TEST(AppendSeconds, WritesNineDecimalsAndReadsBack) {
   }
 }
 
-// Output on a terminal on which a child shows two states.
+// What a terminal receives from a child process that shows two states.
 std::string on_a_terminal(unsigned short columns = 80) {
   int master = -1;
   const winsize size{.ws_row = 24, .ws_col = columns, .ws_xpixel = 0, .ws_ypixel = 0};
@@ -161,13 +161,13 @@ std::string on_a_terminal(unsigned short columns = 80) {
   return seen;
 }
 
-TEST(ProgressLine, IsRewrittenOnATerminalAndEndsWithALineBreak) {
+TEST(ProgressLine, RewritesOneLineOnATerminalAndEndsIt) {
   EXPECT_EQ(on_a_terminal(), "\rhalf done\x1b[K\r\n");
-  // It is cut: a wrapped line cannot be rewritten.
+  // The line is cut, because a wrapped line cannot be rewritten.
   EXPECT_EQ(on_a_terminal(6), "\rhalf…\x1b[K\r\n");
 }
 
-TEST(ProgressLine, OfQuickWorkIsNotPrintedElsewhere) {
+TEST(ProgressLine, PrintsNothingForShortWorkWithoutATerminal) {
   ::testing::internal::CaptureStderr();
   {
     ProgressLine progress("odom test");

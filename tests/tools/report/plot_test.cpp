@@ -70,9 +70,9 @@ std::size_t count(const std::string& text, const std::string& what) {
   return found;
 }
 
-// All calibrations, two per row, fit on a sheet of this width (1 : sqrt(2)). Those with a sigma
-// have bands; with a simulated reference, the true values are drawn too.
-TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
+// All calibrations, two per row, fit on a page in the format 1 : sqrt(2). Calibrations with a sigma
+// have bands. If the reference is a simulated drive, the true values are drawn too.
+TEST_F(Plot, FitsAllCalibrationsOnAPage) {
   std::string rows = record_header();
   for (std::int64_t t_ns : {1'000'000'000, 2'000'000'000}) {
     daemon::TickRecord record;
@@ -95,9 +95,8 @@ TEST_F(Plot, OfTheCalibrationsFitsOnAPage) {
   }
 }
 
-// True values from the sim's numbers in its own conventions, checked against the meaning of each
-// error.
-TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
+// The simulator states errors, such as a wheel radius error; they are converted to calibrations.
+TEST_F(Plot, ReadsTheTrueCalibrationsOfASimulatedDrive) {
   const auto file = scratch_.path("plant.json");
   EXPECT_TRUE(true_calibrations(file.parent_path()).empty());
   const std::string most =
@@ -130,7 +129,7 @@ TEST_F(Plot, TrueCalibrationsAreThoseOfThePlant) {
   }
 }
 
-TEST_F(Plot, PutsSeveralFilesOverEachOtherAndSeveralQuantitiesBelow) {
+TEST_F(Plot, OverlaysFilesAndStacksQuantities) {
   scratch_.write("other.csv", scratch_.text("pose.csv"));
   EXPECT_THAT(svg_of("pose.csv other.csv --what speed --what heading"),
               AllOf(HasSubstr(">pose<"), HasSubstr(">other<"), HasSubstr(">Speed<"),
@@ -164,7 +163,7 @@ TEST_F(Plot, FollowsARunningDaemon) {
   EXPECT_THAT(svg, AllOf(HasSubstr("v_x [m/s]"), HasSubstr("Wake-up latency")));
 }
 
-TEST_F(Plot, SaysInOneLineWhatIsWrong) {
+TEST_F(Plot, ReportsErrorsInOneLine) {
   scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n");
   scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n");
   expect_answers(scratch_, 2, "odom plot", R"(
@@ -183,7 +182,7 @@ TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(scratch_.path("x.svg")));
 }
 
-TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {
+TEST(InnovationChart, LeavesAGapInTheBandWithoutSamples) {
   std::vector<estimator::Judgement> judgements;
   for (int i = 0; i < 200; ++i)
     judgements.push_back({.source = estimator::Source::yaw_rate,

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/camera_csv.hpp"

@@ -10,7 +10,7 @@
 
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/latency/steering_response.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "estimator/common/vehicle.hpp"
-#include "tools/cli/progress.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/resampled.hpp"

@@ -15,7 +15,7 @@ namespace odomd::tools::watch {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double least_extent = 1.0;  // m: a stationary car is not magnified beyond this
+constexpr double min_extent = 1.0;  // m: a stationary car is not magnified beyond this
 
 // A cell of the terminal is two dots wide and four dots high, and about half as wide as high: dots
 // are square.
@@ -171,8 +171,8 @@ Ellipse ellipse_of(const std::array<double, 3>& covariance, double sigmas) {
 Lines draw_map(const Trail& trail, const odom_pose& pose, std::size_t columns, std::size_t rows) {
   if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) return Lines(rows);
   --rows;  // the last one has the scale
-  Box box{pose.x - least_extent / 2.0, pose.x + least_extent / 2.0, pose.y - least_extent / 2.0,
-          pose.y + least_extent / 2.0};
+  Box box{pose.x - min_extent / 2.0, pose.x + min_extent / 2.0, pose.y - min_extent / 2.0,
+          pose.y + min_extent / 2.0};
   for (const TrailPoint& point : trail.points()) box.include(point.x, point.y);
   const Section section = section_for(box, static_cast<double>(columns * dots_across),
                                       static_cast<double>(rows * dots_down));

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
+#include "base/wall_clock.hpp"
 #include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools::watch {
@@ -37,17 +37,13 @@ Observer::Observer(Target target)
 }
 
 void Observer::look(Depth depth) {
-  const auto note_time = [this] {
-    state_.now_ns =
-        std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-  };
-  note_time();
+  state_.now_ns = monotonic_now();
   if (depth == Depth::segment_and_status) {
     look_at_status();
     if (follows_socket_) follow_socket();
   }
   if (!follows_socket_ || !target_.segment.empty()) look_at_segment();
-  note_time();  // the status may have taken its time: no pose is newer than this
+  state_.now_ns = monotonic_now();  // after a slow answer, so that no pose is newer than this
 }
 
 std::optional<odom_pose> Observer::pose_at(std::int64_t time_ns) {

@@ -1,7 +1,6 @@
 #include "tools/live/watch/page.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -16,7 +15,7 @@ namespace odomd::tools::watch {
 namespace {
 
 constexpr std::size_t pose_columns = 43;
-constexpr std::size_t least_map = 20;
+constexpr std::size_t min_map_columns = 20;
 
 struct ModeInWords {
   Style style;
@@ -221,7 +220,7 @@ Lines pose_section(const State& state, std::size_t columns, std::size_t map_rows
       fmt::format("tick {} · {} old", pose.tick, seconds_in_words(state.now_ns - pose.time_ns)),
       columns)};
   Lines block = numbers(*state.segment);
-  if (map_rows > 0 && columns >= pose_columns + least_map) {
+  if (map_rows > 0 && columns >= pose_columns + min_map_columns) {
     block = side_by_side(
         block,
         draw_map(state.trail, pose, columns - pose_columns - 1, std::max(map_rows, block.size())),

@@ -13,8 +13,6 @@
 #include <cstring>
 #include <regex>
 #include <stdexcept>
-#include <string_view>
-#include <utility>
 
 #include "shm_api/cut_short.hpp"
 #include "tools/cli/output.hpp"
