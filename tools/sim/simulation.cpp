@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "tests/gtest.hpp"
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 #include "tools/sim/course/driver.hpp"
 #include "tools/sim/course/scenario.hpp"
 #include "tools/sim/course/track.hpp"
