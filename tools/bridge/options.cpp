@@ -43,7 +43,7 @@ void describe_input(Command command, BridgeOptions& options) {
               {checked(problem_of_name), needs("--pose-topic")});
   command.add(
       "--pose-sigma", "SX,SY,SYAW", input.sigma,
-      "Least standard uncertainty of these poses, also of those that state none [m, m, rad]; "
+      "Smallest standard uncertainty of these poses; those that state none get it [m, m, rad]; "
       "default: 0.01 each",
       {delimiter(','), values(3), positive(), needs("--pose-topic")});
   add_socket_option(command, input.socket, "camera");

@@ -91,7 +91,8 @@ void describe_track(Command command, TrackOptions& options) {
            "everywhere in the picture; writes the lens to --out");
   lens.add("--square", "L", options.square, "Edge of a square of the chessboard [m]");
   command.footer(
-      "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"
+      "Print two ArUco markers as large as fits on the car's roof, 20 pixels of the film a side "
+      "or\n"
       "more. Film with a short exposure, focus and zoom fixed. A marker that is lost leaves its\n"
       "fields empty. Without markers on the ground the track is in pixels, y down:\n"
       "odom identify stiffness --y-down.\n"
