@@ -34,19 +34,19 @@ class Bridge {
       : options_(options), sinks_(sinks), intake_(intake) {}
 
   void run() {
-    while (sinks_.empty() && !interrupt_.requested() && !time_is_up()) {
+    while (sinks_.empty() && !interrupt_.requested() && !duration_is_over()) {
       poll_intake(std::chrono::milliseconds{50});
-      show_what_is_sent();
+      show_status();
     }
     if (auto client = sinks_.empty() ? std::nullopt : wait_for_daemon()) follow(std::move(*client));
-    say_what_was_sent();
+    print_summary();
   }
 
  private:
   [[nodiscard]] double elapsed() const {
     return std::chrono::duration<double>(steady_clock::now() - start_).count();
   }
-  [[nodiscard]] bool time_is_up() const {
+  [[nodiscard]] bool duration_is_over() const {
     return options_.duration_s > 0.0 && elapsed() >= options_.duration_s;
   }
 
@@ -66,7 +66,7 @@ class Bridge {
       auto opened = odom::Client::open(name);
       if (opened.has_value()) return std::move(opened.value);
       // For any other error, or after the time limit, attach() throws the usual message.
-      if (opened.status != ODOM_NO_SEGMENT || time_is_up()) return attach(options_.shm, 0.0);
+      if (opened.status != ODOM_NO_SEGMENT || duration_is_over()) return attach(options_.shm, 0.0);
       if (!reported)
         say("odom bridge: waiting for the daemon: " + segment_asked_for(options_.shm) + ": " +
             opened.message());
@@ -79,14 +79,14 @@ class Bridge {
     constexpr std::chrono::milliseconds timeout{100};
     TickFollower follower{std::move(client)};
     bool silent = false;
-    while (!interrupt_.requested() && !time_is_up()) {
+    while (!interrupt_.requested() && !duration_is_over()) {
       const auto status =
           follower.follow(timeout, [&](const odom_pose& pose) { take(follower.client(), pose); });
       counts_ = follower.counts();
       poll_intake({});
       if (status == ODOM_OK) {
         silent = false;
-        show_what_is_sent();
+        show_status();
       } else if (status == ODOM_STALE) {
         if (!silent) {
           progress_.end();
@@ -126,7 +126,7 @@ class Bridge {
   }
 
   /// Shows pose and counts once a second.
-  void show_what_is_sent() {
+  void show_status() {
     const auto now = steady_clock::now();
     if (options_.json || now < next_show_) return;
     next_show_ = now + std::chrono::seconds{1};
@@ -153,7 +153,7 @@ class Bridge {
     return text;
   }
 
-  void say_what_was_sent() {
+  void print_summary() {
     progress_.end();
     if (options_.json) {
       nlohmann::ordered_json json{

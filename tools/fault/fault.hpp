@@ -26,7 +26,7 @@ enum class Part : std::uint8_t {
 #include "tools/fault/kinds.inc"
 };
 
-/// Groups of parts that can fail alike, as bits.
+/// Groups of parts that can fail in the same ways, as bits.
 using Groups = std::uint32_t;
 
 /// What a sensor measures, with the default sizes of faults.
@@ -64,7 +64,7 @@ struct ActInfo {
   Act act;
   std::string_view name;
   std::string_view what;
-  Groups groups;        ///< parts of these groups can fail so
+  Groups groups;        ///< parts of these groups can fail in this way
   Magnitude magnitude;  ///< empty if it depends on the part, too: default_magnitude()
 };
 [[nodiscard]] std::span<const ActInfo> acts() noexcept;
@@ -75,7 +75,7 @@ struct Kind {
   bool operator==(const Kind&) const = default;
 };
 
-/// Every part in every way that it can fail.
+/// Every part with each of its ways to fail.
 [[nodiscard]] const std::vector<Kind>& all_kinds();
 
 [[nodiscard]] const PartInfo& info(Part part) noexcept;
@@ -103,8 +103,8 @@ struct Fault {
 /// A fault with the kind's default size, from the first frame to the end.
 [[nodiscard]] Fault fault_of(Kind kind);
 
-/// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; omitted or empty parts are as in fault_of().
-/// Throws std::invalid_argument that names the wrong part.
+/// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; omitted or empty fields are as in fault_of().
+/// Throws std::invalid_argument that names the wrong field.
 [[nodiscard]] Fault parse_fault(std::string_view text);
 
 /// Throws std::invalid_argument for a time or a size that the kind cannot have.

@@ -11,7 +11,8 @@ namespace {
 
 using estimator::Source;
 
-constexpr std::int64_t after_it_ns = 1000;  // delay of the second of two frames that leave at once
+// Time between two frames that are output together.
+constexpr std::int64_t frame_spacing_ns = 1000;
 
 // Time constant of a wheel that spins up or locks.
 constexpr double spinning_up_s = 0.15;
@@ -60,10 +61,7 @@ void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
   const std::optional<std::size_t> message = signals_.message_of(frame);
   if (message && is_of_values(act)) learn(*message, frame);
   const std::size_t before = out.size();
-  if (!touches(message)) {
-    out.push_back(frame);
-    return;
-  }
+  if (!touches(message)) return out.push_back(frame);
   if (!span_.holds(frame.time_ns)) {
     keep_order(message, frame, out);
   } else {
@@ -75,7 +73,7 @@ void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
     } else if (act == Act::duplicated) {
       renumbers_ = true;
       out.insert(out.end(), 2, frame);
-      out.back().time_ns += after_it_ns;
+      out.back().time_ns += frame_spacing_ns;
     } else if (act == Act::reordered) {
       renumbers_ = true;
       if (message) reorder(*message, frame, out);
@@ -183,11 +181,9 @@ bool FrameFault::keeps_order() const noexcept {
 void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
   const std::int64_t last_ns = stamped_ns_[message.value_or(signals_.message_count())];
-  if (keeps_order() && last_ns >= frame.time_ns) {
-    leave_at(frame.time_ns, message, frame, out);
-  } else {
-    out.push_back(frame);
-  }
+  if (keeps_order() && last_ns >= frame.time_ns)
+    return leave_at(frame.time_ns, message, frame, out);
+  out.push_back(frame);
 }
 
 // Shifts the stamp by whole microseconds, the resolution of most logs.
@@ -203,13 +199,10 @@ void FrameFault::leave_at(std::int64_t time_ns, std::optional<std::size_t> messa
                           const can::Frame& frame, std::vector<can::Frame>& out) {
   can::Frame stamped = frame;
   std::int64_t& last_ns = stamped_ns_[message.value_or(signals_.message_count())];
-  stamped.time_ns = std::max(time_ns, after_it_ns);
-  if (keeps_order()) stamped.time_ns = std::max(stamped.time_ns, last_ns + after_it_ns);
+  stamped.time_ns = std::max(time_ns, frame_spacing_ns);
+  if (keeps_order()) stamped.time_ns = std::max(stamped.time_ns, last_ns + frame_spacing_ns);
   last_ns = stamped.time_ns;
-  if (stamped.time_ns <= frame.time_ns) {
-    out.push_back(stamped);
-    return;
-  }
+  if (stamped.time_ns <= frame.time_ns) return out.push_back(stamped);
   const auto place = std::ranges::upper_bound(held_, stamped.time_ns, {}, &can::Frame::time_ns);
   held_.insert(place, stamped);
 }
@@ -222,7 +215,7 @@ void FrameFault::reorder(std::size_t message, const can::Frame& frame,
     return;
   }
   out.insert(out.end(), {frame, *first});
-  out.back().time_ns = frame.time_ns + after_it_ns;
+  out.back().time_ns = frame.time_ns + frame_spacing_ns;
   first.reset();
 }
 
@@ -231,11 +224,10 @@ void FrameFault::renumber(std::size_t message, can::Frame& frame) {
   can::E2eState& last = counters_[message][frame.bus];
   can::E2eState own;
   if (!signals_.is_protected_right(message, frame, own)) return;
-  if (renumbers_) {
-    signals_.protect(message, frame, last);
-  } else {
+  if (!renumbers_)
     last = own;
-  }
+  else
+    signals_.protect(message, frame, last);
 }
 
 void FrameFault::release(std::int64_t now_ns, std::vector<can::Frame>& out) {

@@ -1,4 +1,5 @@
-// One fault in a stream of frames: takes frames and outputs what a car with that fault would send.
+// One fault in a stream of frames: takes frames, and outputs the frames that a car with this fault
+// would send.
 #pragma once
 
 #include <array>

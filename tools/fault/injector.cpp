@@ -27,7 +27,7 @@ std::vector<Fault> faults_of(std::span<const Fault> all, bool camera) {
   return faults;
 }
 
-constexpr std::uint64_t frames_between_news = 10'000;
+constexpr std::uint64_t frames_per_report = 10'000;
 
 void append_line(std::string& text, const can::Frame& frame,
                  const std::vector<std::string>& names) {
@@ -103,7 +103,7 @@ Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& in
     if (streamed.in++ == 0) streamed.first_ns = frame->time_ns;
     injector.take(*frame, leaving);
     write_leaving();
-    if (streamed.in % frames_between_news == 0 && progress)
+    if (streamed.in % frames_per_report == 0 && progress)
       progress(fmt::format("{:.0f} s, {} frames",
                            static_cast<double>(frame->time_ns - streamed.first_ns) * 1e-9,
                            streamed.in));

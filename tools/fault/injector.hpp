@@ -1,8 +1,8 @@
 // Applies several faults at once to a stream of frames or camera poses, and to whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
-//   injector.take(frame, out);  // out: the frames that leave by now
-//   injector.release(all_of_them, out);
+//   injector.take(frame, out);  // appends the frames that are output by now
+//   injector.release(end_of_time, out);
 #pragma once
 
 #include <cstdint>

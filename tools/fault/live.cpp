@@ -14,8 +14,8 @@
 namespace odomd::fault {
 namespace {
 
-constexpr std::int64_t between_looks_ns = 200'000'000;
-constexpr int most_messages = 64;  // per camera and call
+constexpr std::int64_t maintenance_period_ns = 200'000'000;
+constexpr int max_messages = 64;  // per camera and call
 
 std::vector<std::string> buses_with(const std::string& interface, const daemon::Config& config,
                                     can::BusNames& buses) {
@@ -52,7 +52,7 @@ BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon:
 }
 
 void BusRelay::pass_on(std::int64_t now_ns) {
-  if (now_ns - maintained_ns_ > between_looks_ns) {
+  if (now_ns - maintained_ns_ > maintenance_period_ns) {
     source_->maintain();
     maintained_ns_ = now_ns;
     if (source_->link() == can::LinkState::gone)
@@ -90,7 +90,7 @@ void CameraRelay::take(const odom_camera_message& message, std::int64_t now_ns) 
 }
 
 bool CameraRelay::read(int connection, std::int64_t now_ns) {
-  for (int i = 0; i < most_messages; ++i) {
+  for (int i = 0; i < max_messages; ++i) {
     odom_camera_message message{};
     const ssize_t size = ::recv(connection, &message, sizeof message, MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0) return errno == EAGAIN || errno == EINTR;

@@ -22,7 +22,7 @@
 
 namespace odomd::fault {
 
-/// What a relay has handed on.
+/// What a relay has received and forwarded.
 struct Relayed {
   std::uint64_t received = 0;
   std::uint64_t sent = 0;

@@ -1,4 +1,4 @@
-// What the options of odom import say about the tables: the meaning of each column, and its values.
+// The meaning of each column of the tables, from the options of odom import, and its values.
 #pragma once
 
 #include <cstddef>

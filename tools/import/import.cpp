@@ -128,7 +128,7 @@ std::string configuration_of(const ImportOptions& options, const ColumnMap& map,
     text += static_cast<unsigned char>(c) < ' ' ? '?' : c;
   text += ".\n\n" + (own.empty() ? vehicle(options.car) : own_tables(own));
   text += "\n[can]\nsource = \"drive.log\"\ndbc = \"car.dbc\"\n\n" + sim::bus_protection_text() +
-          "\n# In SI units and to the left, ahead: what the columns were is worked in.\n"
+          "\n# In SI units, positive forward and to the left: the columns are converted already.\n"
           "[can.signals]\n";
   for (const ImportedRole& role : roles) text += role_line(role);
   if (has_camera && text.find("\n[camera]") == std::string::npos)

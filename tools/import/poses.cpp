@@ -52,7 +52,7 @@ std::vector<Row> rows_of(const std::string& group, const ColumnMap& map,
                                               column.role, first->role));
   }
   if (first == nullptr)
-    throw std::invalid_argument(group + ": all of it are numbers, none a column");
+    throw std::invalid_argument(group + ": has only constants; map a column to one of its fields");
   std::vector<Row> rows;
   for (std::size_t i = 0; i < first->values.size(); ++i) {
     const auto at = [&](const char* field) {

@@ -168,7 +168,7 @@ TimeColumn time_of(const OpenTable& table, const ColumnMap& map) {
   }
   if (auto time = usual_time(table.columns)) return *time;
   throw std::invalid_argument(
-      fmt::format("{}: none of its columns is surely the time; name it with --time COLUMN: {}",
+      fmt::format("{}: no column is recognised as the time; name it with --time COLUMN: {}",
                   table.path, fmt::join(table.columns, ", ")));
 }
 

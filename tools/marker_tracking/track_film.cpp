@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -141,15 +142,6 @@ class Overlay {
   std::array<std::vector<cv::Point>, 2> tracks_;
 };
 
-void require_found(const TrackOptions& options, std::int64_t found, const char* which,
-                   std::int64_t frames) {
-  if (found > 0) return;
-  throw std::invalid_argument(
-      fmt::format("{}: the {} marker is in none of its {}; check dictionary and identifier; a "
-                  "square of it should be 3 pixels at least, with a white rim around the marker",
-                  options.film, which, counted(static_cast<std::uint64_t>(frames), "frame")));
-}
-
 }  // namespace
 
 TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
@@ -191,15 +183,14 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
     append_seconds(line, film.t_ns());
     const int decimals = view ? 6 : 3;
     for (const MarkerPixel& pixel : found) {
-      line += ',';
       if (!pixel) {
-        line += ',';
+        line += ",,";
         continue;
       }
       const cv::Point2d place = view   ? view->at(*pixel)
                                 : lens ? lens->straightened(*pixel)
                                        : *pixel;
-      line += fixed(place.x, decimals) + ',' + fixed(place.y, decimals);
+      line += ',' + fixed(place.x, decimals) + ',' + fixed(place.y, decimals);
     }
     track << line << '\n';
     progress.show(film.progress());
@@ -208,8 +199,12 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
   if (summary.frames == 0)
     throw std::invalid_argument(
         fmt::format("{}: contains no frame that can be read", options.film));
-  require_found(options, summary.front, "front", summary.frames);
-  require_found(options, summary.rear, "rear", summary.frames);
+  for (const auto& [which, found] : {std::pair{"front", summary.front}, {"rear", summary.rear}})
+    if (found == 0)
+      throw std::invalid_argument(fmt::format(
+          "{}: the {} marker is in none of its {}; check dictionary and identifier; a "
+          "square of it should be 3 pixels at least, with a white rim around the marker",
+          options.film, which, counted(static_cast<std::uint64_t>(summary.frames), "frame")));
   return summary;
 }
 

@@ -15,7 +15,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/table.hpp"
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 
 namespace odomd::sim {
 namespace {

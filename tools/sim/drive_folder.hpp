@@ -12,7 +12,7 @@
 
 namespace odomd::sim {
 
-/// The inputs of the daemon that is to run on the drive.
+/// The inputs of a daemon that runs on this drive.
 struct Wiring {
   std::string can = "drive.log";        ///< [can] source: interface, log or "-"
   std::filesystem::path camera_socket;  ///< empty: the daemon's default

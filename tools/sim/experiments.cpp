@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tools/cli/files.hpp"
+#include "tools/sim/car/cars.hpp"
 #include "tools/sim/car/swing.hpp"
-#include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/drive_folder.hpp"
 

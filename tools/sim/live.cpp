@@ -31,8 +31,8 @@ constexpr std::int64_t stretch_ns = 1'000'000;
 constexpr std::int64_t lead_ns = 200'000'000;
 
 // A bus that accepts no frame for this time is considered dead.
-constexpr int most_tries = 200;
-constexpr std::chrono::milliseconds between_tries{1};
+constexpr int max_tries = 200;
+constexpr std::chrono::milliseconds retry_delay{1};
 
 FileDescriptor open_interface(const std::string& name) {
   const unsigned index = ::if_nametoindex(name.c_str());
@@ -94,11 +94,11 @@ void CanOutput::transmit(const can::Frame& frame) {
     // The queue of the interface is full: the wire is slower than we are.
     if (errno != ENOBUFS && errno != EAGAIN && errno != EINTR)
       throw std::runtime_error(name_ + ": cannot send: " + std::strerror(errno));
-    if (tries == most_tries)
+    if (tries == max_tries)
       throw std::runtime_error(name_ +
                                ": accepts no more frames; is another node on the bus to "
                                "acknowledge them?");
-    std::this_thread::sleep_for(between_tries);
+    std::this_thread::sleep_for(retry_delay);
   }
 }
 

@@ -6,14 +6,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 
 namespace odomd::sim {
 namespace {
 
 constexpr std::int64_t driver_period_ns = 10'000'000;
-constexpr double longest_s = 86'400.0;
-constexpr int most_laps = 10'000;
+constexpr double max_duration_s = 86'400.0;
+constexpr int max_laps = 10'000;
 
 tools::TrajectoryPoint truth_row(std::int64_t time_ns, const PlantOutput& car) {
   return {time_ns, {car.x, car.y, car.yaw}, {car.v_x, car.v_y, car.yaw_rate}};
@@ -54,11 +54,11 @@ RunPlan make_plan(const RunOptions& options) {
   if (!(plan.speed >= 0.1 && plan.speed <= scenario.max_speed))
     throw std::invalid_argument("speed: scenario " + options.scenario + " takes 0.1 to " +
                                 std::to_string(scenario.max_speed).substr(0, 4) + " m/s");
-  if (!(options.standstill >= 0.0 && options.standstill <= longest_s))
+  if (!(options.standstill >= 0.0 && options.standstill <= max_duration_s))
     throw std::invalid_argument("standstill: must lie between 0 and 86400 s");
-  if (options.duration && !(*options.duration > 0.0 && *options.duration <= longest_s))
+  if (options.duration && !(*options.duration > 0.0 && *options.duration <= max_duration_s))
     throw std::invalid_argument("duration: must lie between 0 and 86400 s");
-  if (options.laps && (*options.laps < 1 || *options.laps > most_laps))
+  if (options.laps && (*options.laps < 1 || *options.laps > max_laps))
     throw std::invalid_argument("laps: must lie between 1 and 10000");
   if (options.start_ns < 0) throw std::invalid_argument("start time: must not be negative");
 
@@ -66,7 +66,7 @@ RunPlan make_plan(const RunOptions& options) {
   if (options.duration && !options.laps) {  // as many laps as fit into the duration
     const double lap = route_length(scenario.route(plan.speed, 1));
     plan.laps =
-        static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{most_laps}));
+        static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{max_laps}));
   }
 
   plan.sizes = default_parameters(plan.car_kind);

@@ -222,7 +222,7 @@ TEST_F(DdsBridge, SendsTransformsByteForByteAsRosDefinesThem) {
   EXPECT_LT(cdr.rest(), 4U);
 }
 
-TEST_F(DdsBridge, LeavesTheMapToAnotherPublisherAndGivesThePoseInIt) {
+TEST_F(DdsBridge, CanLeaveTheMapTransformToAnotherPublisher) {
   SlowDaemon daemon(segment_);
   fill(daemon);
   const Child bridge = start({"--tf", "odom", "--frame", "map"});
@@ -237,7 +237,7 @@ TEST_F(DdsBridge, LeavesTheMapToAnotherPublisherAndGivesThePoseInIt) {
   expect_quaternion(cdr, 1.0);
 }
 
-TEST_F(DdsBridge, IsFoundUnderTheNamesOfRos) {
+TEST_F(DdsBridge, UsesTheNamesAndQosOfRos) {
   SlowDaemon daemon(segment_);
   const Child bridge = start();
   static_cast<void>(tick_until(daemon, odometry_));
@@ -257,7 +257,7 @@ TEST_F(DdsBridge, IsFoundUnderTheNamesOfRos) {
   dds_builtintopic_free_endpoint(writer);
 }
 
-TEST_F(DdsBridge, WithholdsAPoseThatMeansNothing) {
+TEST_F(DdsBridge, WithholdsAPoseInTheModeFault) {
   SlowDaemon daemon(segment_);
   Child bridge = start();
   static_cast<void>(tick_until(daemon, odometry_));

@@ -96,7 +96,7 @@ class PoseIn : public ::testing::Test {
   std::set<std::int64_t> stamps_ns_;  // of all poses published
 };
 
-TEST_F(PoseIn, OfEachTypeGoesToTheDaemonAndItsSuccessor) {
+TEST_F(PoseIn, OfEachTypeReachesTheDaemonAndItsSuccessor) {
   const auto check = [this]<typename Message>(const Message&, const dds_topic_descriptor_t& type,
                                               dds_reliability_kind_t reliability, double sigma) {
     const Child bridge = start({"--no-publish"});

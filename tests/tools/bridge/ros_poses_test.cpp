@@ -40,7 +40,7 @@ std::array<double, 6> planar(const Covariance6& P) {
   return {P[0], P[1], P[5], P[7], P[11], P[35]};
 }
 
-TEST(Odometry, InTheMapHasTheBlocksWhereRosLooksForThem) {
+TEST(Odometry, InTheMapHasItsCovariancesWhereRosExpectsThem) {
   const Odometry odometry = odometry_of(sample(), PoseFrame::map);
   EXPECT_EQ(odometry.pose.x, 10.0);
   EXPECT_EQ(odometry.pose.yaw, 2.0);
@@ -51,7 +51,7 @@ TEST(Odometry, InTheMapHasTheBlocksWhereRosLooksForThem) {
               ElementsAre(109.0, 110.0, 111.0, 112.0, 113.0, 114.0));
 }
 
-TEST(Odometry, InTheOdometryFrameHasTheCovarianceTurnedToItsAxes) {
+TEST(Odometry, InTheOdometryFrameHasItsCovarianceAlongTheAxesOfTheFrame) {
   // The odometry frame is turned by +90 degrees in the map: its x is the map's y, its y the
   // map's -x.
   const Odometry odometry = odometry_of(sample(), PoseFrame::odom);
@@ -119,7 +119,7 @@ TEST(CheckPose, RefusesWithReasonAndFix) {
   }
 }
 
-TEST(CheckPose, SigmasAreTheRootsOfTheVariancesButNeverLessThanTheFloor) {
+TEST(CheckPose, SigmasAreTheRootsOfTheVariancesButAtLeastTheConfiguredOnes) {
   const struct {
     double x, y, yaw;
     std::array<double, 3> sigma;
@@ -142,7 +142,7 @@ TEST(CheckPose, SigmasAreTheRootsOfTheVariancesButNeverLessThanTheFloor) {
   }
 }
 
-TEST(PoseIntake, HasNoEndlessListOfMessages) {
+TEST(PoseIntake, LimitsTheNumberOfMessages) {
   PoseIntake intake(expected);
   for (int i = 0; i < 1000; ++i) intake.note(std::to_string(i), "another frame");
   EXPECT_LE(intake.take_messages().size(), 50U);

@@ -104,7 +104,7 @@ TEST_F(UdpBridge, SendsEveryFieldAsNestedJson) {
   EXPECT_EQ(summary["sinks"][0]["sent"], summary["ticks"]);
 }
 
-TEST_F(UdpBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
+TEST_F(UdpBridge, WaitsForTheDaemonAndContinuesWithItsSuccessor) {
   Child bridge = start();
   EXPECT_TRUE(eventually([&] { return bridge.errors().find("waiting") != std::string::npos; }));
   auto daemon = std::make_unique<SlowDaemon>(segment_, 5'000'000);
@@ -123,7 +123,7 @@ TEST_F(UdpBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["restarts"], 1);
 }
 
-TEST_F(UdpBridge, ShowsOnATerminalWhatItSendsUntilControlC) {
+TEST_F(UdpBridge, ShowsItsStatusOnATerminalUntilControlC) {
   SlowDaemon daemon(segment_);
   daemon.pose.x = 1.5;
   OnATerminal bridge("bridge --shm " + segment_ + " --udp " + receiver_.address(), 200);
@@ -144,7 +144,7 @@ TEST_F(UdpBridge, ShowsOnATerminalWhatItSendsUntilControlC) {
   EXPECT_TRUE(bridge.shows("withheld (fault)\r\n"));
 }
 
-TEST_F(UdpBridge, ShowsNothingWhereNobodyWatches) {
+TEST_F(UdpBridge, ShowsNothingWithoutATerminal) {
   SlowDaemon daemon(segment_);
   Child bridge{scratch_, "odom", {"bridge", "--shm", segment_, "--udp", receiver_.address()}};
   tick_until_received(daemon);
@@ -154,7 +154,7 @@ TEST_F(UdpBridge, ShowsNothingWhereNobodyWatches) {
   EXPECT_EQ(outcome.err.find('\r'), std::string::npos);
 }
 
-TEST_F(UdpBridge, SendsTheFirstTickOfEveryTurn) {
+TEST_F(UdpBridge, SendsTheFirstTickOfEveryPeriod) {
   SlowDaemon daemon(segment_, 5'000'000);  // 50 a second of 200
   Child bridge{scratch_, "odom", {"bridge", "--shm", segment_, "--udp", receiver_.address()}};
   std::vector<nlohmann::json> received = tick_until_received(daemon);
@@ -168,7 +168,7 @@ TEST_F(UdpBridge, SendsTheFirstTickOfEveryTurn) {
               (received[i - 1]["odomd"]["tick"].get<int>() / 4 + 1) * 4);
 }
 
-TEST_F(UdpBridge, SaysNothingBeforeThePoseMeansSomething) {
+TEST_F(UdpBridge, SendsNothingWhileThePoseIsInitialising) {
   SlowDaemon daemon(segment_);
   daemon.pose.mode = ODOM_INITIALISING;
   daemon.tick();
@@ -179,7 +179,7 @@ TEST_F(UdpBridge, SaysNothingBeforeThePoseMeansSomething) {
   EXPECT_EQ(received.front()["odomd"]["mode_name"], "fault");
 }
 
-TEST_F(UdpBridge, EndsAfterItsTimeWhetherSomebodyListensOrNot) {
+TEST_F(UdpBridge, EndsAfterItsDurationWithOrWithoutAListener) {
   SlowDaemon daemon(segment_);
   std::string nobody;
   {
@@ -194,12 +194,12 @@ TEST_F(UdpBridge, EndsAfterItsTimeWhetherSomebodyListensOrNot) {
   EXPECT_THAT(outcome.err, HasSubstr("; udp " + nobody + ": "));
 }
 
-TEST_F(UdpBridge, WithoutADaemonFailsAfterItsTime) {
+TEST_F(UdpBridge, FailsAfterItsDurationWithoutADaemon) {
   Child bridge = start({"--udp", receiver_.address(), "--duration", "0.2"});
   EXPECT_THAT(bridge.wait(), Ends(1, HasSubstr("no such segment: is odomd running?")));
 }
 
-TEST(BridgeCommand, RefusesWhatCannotBe) {
+TEST(BridgeCommand, RefusesInvalidOptions) {
   const Scratch scratch;
   expect_answers(scratch, 2, "timeout 20 odom bridge", R"(
 --udp 9870 -> not HOST:PORT
@@ -230,7 +230,7 @@ TEST(BridgeCommand, RefusesWhatCannotBe) {
   EXPECT_EQ(run_shell("ROS_DOMAIN_ID=ten odom bridge").status, 2);
 }
 
-TEST(SampleJson, IsOneObjectWhateverIsInIt) {
+TEST(SampleJson, IsOneValidObjectForAnyValues) {
   BridgeSample sample;
   sample.realtime_ns = 1'700'000'000'000'000'005;
   sample.pose.x = std::numeric_limits<double>::quiet_NaN();

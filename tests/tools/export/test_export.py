@@ -148,7 +148,7 @@ class Export(unittest.TestCase):
         self.assertEqual(len(mcap.on("/truth/state")), len(truth))
         self.assertEqual(json.loads(mcap.on("/truth/state")[-1].data)["y"], float(truth[-1]["y"]))
 
-    def test_the_transforms_make_the_pose(self) -> None:
+    def test_composed_transforms_give_the_pose(self) -> None:
         mcap = self.export(self.pose)
         self.assertEqual(set(mcap.topics()), {"/pose", "/tf", "/odomd/pose"})
         for message, pose in zip(mcap.on("/tf"), mcap.on("/pose")):
@@ -201,7 +201,7 @@ class Export(unittest.TestCase):
                 self.assertAlmostEqual(turn, cosine * math.tan(float(pose[prefix + "yaw"]) / 2))
         self.assertIn("pose.csv: Not a directory", odom("export", self.pose, "--tum", self.pose, status=2))
 
-    def test_the_layout_names_what_is_there(self) -> None:
+    def test_the_layout_names_existing_topics(self) -> None:
         mcap = self.export(self.drive)
         layout = json.loads((Path(__file__).parents[3] / "docs/foxglove-layout.json").read_text(encoding="utf-8"))
         panels = layout["configById"]
@@ -217,14 +217,14 @@ class Export(unittest.TestCase):
                 value = value[name]
             self.assertIsInstance(value, (*NUMBER, str), path)
 
-    def test_what_is_exported_is_not_overwritten(self) -> None:
+    def test_the_input_is_not_overwritten(self) -> None:
         before = self.pose.read_bytes()
         for option in "--csv", "--mcap":
             said = odom("export", self.pose, option, self.pose, status=2)
             self.assertIn("is what is read; name another file", said)
         self.assertEqual(self.pose.read_bytes(), before)
 
-    def test_a_trajectory_will_do(self) -> None:
+    def test_a_trajectory_suffices(self) -> None:
         mcap = self.export(self.drive / "truth.csv")
         (transform,) = json.loads(mcap.on("/tf")[0].data)["transforms"]
         self.assertEqual((transform["parent_frame_id"], transform["child_frame_id"]), ("map", "base_link"))
@@ -246,7 +246,7 @@ class Export(unittest.TestCase):
     def test_the_same_drive_gives_the_same_bytes(self) -> None:
         self.assertEqual(self.export(self.drive).data, self.export(self.drive).data)
 
-    def test_what_cannot_be_exported_is_refused_in_one_line(self) -> None:
+    def test_unusable_input_is_refused_in_one_line(self) -> None:
         out = self.directory / "never.mcap"
         bad = self.directory / "bad.csv"
         for text, expected in (
@@ -268,7 +268,7 @@ class Export(unittest.TestCase):
         self.assertIn("use --csv", odom("export", self.pose, "--mcap", self.directory / "a.csv", status=2))
         self.assertIn("--drive", odom("export", "--mcap", out, status=2))
 
-    def test_a_recording_has_what_was_published(self) -> None:
+    def test_a_recording_has_the_published_poses(self) -> None:
         recording = self.directory / "recording"
         daemon = support.Daemon(self.directory, self.drive)
         self.addCleanup(daemon.kill)

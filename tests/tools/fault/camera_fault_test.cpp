@@ -12,7 +12,7 @@ namespace {
 using estimator::CameraPose;
 using tools::message_of;
 
-TEST(FaultKinds, EachHasANameOfItsOwnAndIsInTheList) {
+TEST(FaultKinds, EachHasAUniqueNameAndIsListed) {
   std::set<std::string> names;
   for (const Kind kind : all_kinds()) {
     EXPECT_TRUE(names.insert(name_of(kind)).second) << name_of(kind);
@@ -38,7 +38,7 @@ TEST(FaultKinds, SourcesAreThoseOfThePart) {
   EXPECT_EQ(sources_of(parse_kind("bus.shifted")), 0U);
 }
 
-TEST(FaultKinds, AFaultIsWrittenInOneWordInWhichAMistakeIsNamed) {
+TEST(FaultKinds, AFaultIsParsedAndAMistakeNamed) {
   const Fault whole = parse_fault("gyro.biased:10:5:-0.3");
   EXPECT_EQ(whole.kind, parse_kind("gyro.biased"));
   EXPECT_EQ(whole.begin_s, 10.0);
@@ -118,7 +118,7 @@ TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
   EXPECT_EQ(tried, 13);
 }
 
-TEST(CameraFault, FrozenPosesGoOnBeingStamped) {
+TEST(CameraFault, FrozenPosesKeepTheirNewStamps) {
   const auto now = with("camera.frozen");
   EXPECT_EQ(now[75].x, old[49].x);
   EXPECT_EQ(now[75].y, old[49].y);
@@ -148,7 +148,7 @@ TEST(CameraFault, PosesAndStampsAreOffByTheSize) {
       2'500'000);  // 5 ms/s for half a second
 }
 
-TEST(CameraFault, PicturesAreMixed) {
+TEST(CameraFault, PicturesComeInSwappedPairs) {
   const auto now = with("camera.mixed");
   std::size_t shifted = 0;
   for (std::size_t i = 55; i < 95; ++i) {
@@ -158,7 +158,7 @@ TEST(CameraFault, PicturesAreMixed) {
   EXPECT_EQ(shifted, 20U);
 }
 
-TEST(CameraFault, NoiseIsOfTheStatedSigmas) {
+TEST(CameraFault, NoiseHasTheStatedSigmas) {
   const auto now = with("camera.noisy");
   double x = 0.0;
   double yaw = 0.0;

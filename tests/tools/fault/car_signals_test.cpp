@@ -68,7 +68,7 @@ Reading only_reading(const CarSignals& signals, const can::Frame& frame) {
 }
 
 // 1000 * 0.01 km/h, big-endian; the neighbouring bits stay.
-TEST(CarSignals, AValueComesAndGoesInSi) {
+TEST(CarSignals, ValuesAreReadAndWrittenInSi) {
   const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(101, {0x03, 0xE8, 0x01, 0xAB, 0, 0, 0, 0});
   const Reading reading = only_reading(signals, frame);
@@ -84,7 +84,7 @@ TEST(CarSignals, AValueComesAndGoesInSi) {
   EXPECT_EQ(only_reading(signals, frame).value, 0.0);
 }
 
-TEST(CarSignals, AValueThatIsNotValidIsNotThere) {
+TEST(CarSignals, AnInvalidValueIsNotRead) {
   const CarSignals signals = Car{}.signals();
   std::array<Reading, can::max_samples_per_frame> readings{};
   const can::Frame frame = frame_of(101, {0x03, 0xE8, 0x00, 0, 0, 0, 0, 0});
@@ -93,7 +93,7 @@ TEST(CarSignals, AValueThatIsNotValidIsNotThere) {
   EXPECT_EQ(signals.read(signals.message_of(cut).value_or(0), cut, readings), 0U);
 }
 
-TEST(CarSignals, ASumIsSharedOutAmongItsSignals) {
+TEST(CarSignals, ASumIsDistributedAmongItsSignals) {
   const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(102, {10, 50, 0x77, 0x88});  // 10.5°
   const Reading reading = only_reading(signals, frame);
@@ -149,7 +149,7 @@ BO_ 103 REAR: 4 CAR
   EXPECT_EQ(frame.data[2], 230);
 }
 
-TEST(CarSignals, ADirectionIsOneOfItsValues) {
+TEST(CarSignals, ADirectionIsWrittenAsOneOfItsValues) {
   const CarSignals signals = Car{}.signals();
   can::Frame frame = frame_of(100, {0xF4, 0xFF});
   const Reading reading = only_reading(signals, frame);

@@ -40,7 +40,7 @@ class FaultCommand : public ::testing::Test {
 };
 
 // One message's lines differ during the fault; no other character of the log changes.
-TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
+TEST_F(FaultCommand, ChangesOnlyTheFramesOfTheFault) {
   const Outcome outcome = fault("--kind gyro.zero --begin 4 --for 2 drive/drive.log -o gyro.log");
   EXPECT_THAT(outcome, Ends(0, HasSubstr("gyro.zero: 400 frames\n")));
   EXPECT_THAT(outcome.out, IsEmpty());
@@ -87,7 +87,7 @@ TEST_F(FaultCommand, IsAFilter) {
 }
 
 // Neither a log that breaks off in the middle nor an unusable camera log leaves an output.
-TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
+TEST_F(FaultCommand, AnOutputIsCompleteOrAbsent) {
   scratch().write("broken.log", "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n");
   scratch().write("broken.csv", "t,x\n1,2\n");
   tools::expect_answers(scratch(), 2, "odom fault --config drive/car.toml --kind gyro.zero", R"(
@@ -118,7 +118,7 @@ drive/drive.log -o x -> --kind (or --fault) is required
   EXPECT_EQ(scratch().text("drive/drive.log"), before);
 }
 
-TEST_F(FaultCommand, AFaultThatNeverComesIsWarnedOf) {
+TEST_F(FaultCommand, WarnsOfAFaultThatNeverBegins) {
   EXPECT_THAT(
       fault("--kind gyro.zero --begin 900 drive/drive.log -o never.log"),
       Ends(0,
@@ -177,7 +177,7 @@ class Relay : public ::testing::Test {
   std::optional<odom::CameraSender> camera_;
 };
 
-TEST_F(Relay, HandsPosesOnWithTheirFault) {
+TEST_F(Relay, ForwardsPosesWithTheirFaults) {
   Daemon daemon(scratch_.path("daemon.sock"));
   CameraRelay relay = this->relay({"camera.moved", "camera.early"});
   send(message_at(1.0));
@@ -219,7 +219,7 @@ TEST_F(Relay, CamerasComeAndGo) {
   EXPECT_EQ(relay.relayed().malformed, 0U);
 }
 
-TEST_F(Relay, NobodyBehindItIsAnError) {
+TEST_F(Relay, AMissingDaemonIsAnError) {
   EXPECT_THAT(tools::message_of([&] { (void)relay({}); }), HasSubstr("is odomd running"));
 }
 

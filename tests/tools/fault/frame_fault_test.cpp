@@ -66,7 +66,7 @@ TEST(FrameFault, ValuesAreChangedAndNothingElse) {
   EXPECT_GT(tried, 80);
 }
 
-TEST(FrameFault, NoiseIsOfTheStatedSigmaAndDrawnByTheSeed) {
+TEST(FrameFault, NoiseHasTheStatedSigmaAndDependsOnTheSeed) {
   const auto old = decoded(healthy_frames()).values.at(Source::yaw_rate);
   Fault fault = in_the_middle("gyro.noisy");
   const auto now = [&fault](std::uint64_t seed) {
@@ -87,7 +87,7 @@ TEST(FrameFault, NoiseIsOfTheStatedSigmaAndDrawnByTheSeed) {
   EXPECT_NEAR(std::sqrt(squares / 100.0), 0.06, 0.015);  // 6 times 0.01
 }
 
-TEST(FrameFault, AWheelSpinsUpAndAnotherLocks) {
+TEST(FrameFault, WheelsSpinUpOrLock) {
   const auto old = decoded(healthy_frames()).values;
   const auto now = decoded(with({in_the_middle("wheel_rear_left.slipping"),
                                  in_the_middle("wheel_front_right.locked")}))
@@ -128,7 +128,7 @@ TEST(FrameFault, SignalsAreExchanged) {
 }
 
 // The counter of the first frame after the gap has jumped; the next frame is good again.
-TEST(FrameFault, LostFramesAreGone) {
+TEST(FrameFault, LostFramesAreMissing) {
   const Decoded now = decoded(with({in_the_middle("imu.lost")}));
   EXPECT_EQ(now.values.at(Source::yaw_rate).size(), 199U);
   EXPECT_EQ(now.values.at(Source::steering).size(), 300U);
@@ -186,7 +186,7 @@ TEST(FrameFault, ReorderedFramesComeInPairs) {
   EXPECT_EQ(decoded(with({fault})).values.at(Source::steering).size(), 300U);
 }
 
-TEST(FrameFault, JitterIsOfTheStampsAndKeepsTheOrder) {
+TEST(FrameFault, JitterChangesStampsAndKeepsTheOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::yaw_rate);
   Fault fault = in_the_middle("imu.jittered");
   fault.magnitude = 0.02;
@@ -241,7 +241,7 @@ TEST(FrameFault, BitFlipsAreRefusedUnlessTheyAreRepaired) {
   EXPECT_LT(wrong, 25);
 }
 
-TEST(FrameFault, SeveralActInTheOrderOfNaming) {
+TEST(FrameFault, SeveralActInTheGivenOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::yaw_rate);
   Fault bias = in_the_middle("gyro.biased");
   const auto scaled_last = decoded(with({bias, in_the_middle("gyro.doubled")}));
@@ -255,7 +255,7 @@ TEST(FrameFault, SeveralActInTheOrderOfNaming) {
 }
 
 // A frame with a wrong CRC keeps a wrong CRC.
-TEST(FrameFault, WhatWasBrokenIsNotRepaired) {
+TEST(FrameFault, AnInvalidFrameStaysInvalid) {
   std::vector<can::Frame> frames = healthy_frames();
   const auto imu = std::ranges::find(frames, 418U, &can::Frame::id);
   for (auto& frame : frames)
@@ -267,7 +267,7 @@ TEST(FrameFault, WhatWasBrokenIsNotRepaired) {
 }
 
 // Frames of other nodes and those that are not data frames pass unchanged, at their places.
-TEST(FrameFault, UnmappedFramesPass) {
+TEST(FrameFault, UnmappedFramesAreUnchanged) {
   std::vector<can::Frame> frames = healthy_frames();
   can::Frame other = frames[500];
   other.id = 0x123;
@@ -284,7 +284,7 @@ TEST(FrameFault, UnmappedFramesPass) {
   EXPECT_EQ(with(small_car(), silent, frames).size(), 800U);
 }
 
-TEST(FrameFault, ASourceThatIsNotMappedIsNamedByItsKey) {
+TEST(FrameFault, AnUnmappedSourceIsNamedWithItsKey) {
   EXPECT_EQ(tools::message_of([] { (void)with({in_the_middle("motor.frozen")}); }),
             "car.toml: [can.signals] maps no motor, which motor.frozen needs; map it there");
 }

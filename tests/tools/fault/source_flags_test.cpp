@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "--scenario slalom --friction 0.15 --speed 3 --duration 6"),
     [](const auto& test) { return "Drive" + std::to_string(test.index); });
 
-TEST(SourceFlags, ShowWhatFails) {
+TEST(SourceFlags, ShowTheFailedSource) {
   const Drive drive = simulated("--scenario lap --seed 3 --laps 2");
   constexpr std::size_t begin = 2400;  // while driving
   const FaultyDrive runs(drive, Camera::on, begin);
@@ -183,7 +183,7 @@ struct Mistake {
 
 class WrongWiring : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(WrongWiring, IsNamedAndNothingElseIs) {
+TEST_P(WrongWiring, IsTheOnlyOneNamed) {
   const Drive drive = simulated(GetParam());
   for (const auto& [kind, names] : std::vector<Mistake>{
            {"gyro.inverted", {{"yaw_rate", "sign"}}},
@@ -218,7 +218,7 @@ TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
   EXPECT_EQ(found.ever, (Names{{"accel_x", "sign"}}));
 }
 
-TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
+TEST(WiringMistake, IsReportedInOneLineBeforeAllOthers) {
   using diagnostics::Named;
   const Drive drive = simulated("--scenario slalom");
   const auto warnings = [&](const char* kind) {

@@ -89,7 +89,7 @@ const std::vector<Case> cases{
      {{"b.csv", rows_of("t,x", 0.05)}}},
 };
 
-TEST(Import, ReadsTheTablesOfTools) {
+TEST(Import, ReadsTheTablesOfOtherTools) {
   for (const Case& one : cases) {
     SCOPED_TRACE(one.what);
     const Scratch scratch;
@@ -128,7 +128,7 @@ TEST(Import, SendsEachValueOnceAtItsTime) {
                          Not(HasSubstr("1.100000000) can1 1A2#"))));
 }
 
-TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
+TEST(Import, ConvertsQuaternionsDegreesAndMillimetresToPoses) {
   const Scratch scratch;
   const Outcome outcome = import(
       scratch,
@@ -154,7 +154,7 @@ TEST(Import, MakesPosesOfQuaternionsDegreesAndMillimetres) {
   EXPECT_THAT(truth, HasSubstr("\n100.200000000,0.5,1,1.57079632679,2,0,0\n"));
 }
 
-TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyByForce) {
+TEST(Import, KeepsTheCarOfAConfigurationAndReplacesADriveOnlyWithForce) {
   const Scratch scratch;
   simulate(scratch, "--config-only", "sim");
   const std::vector<TextFile> files{{"a.csv", rows_of("t,v,x,yaw", 0, ",1,2")}};
@@ -253,7 +253,7 @@ const std::vector<Refusal> refusals{
     {"an empty name", "t,v,\n0,1,\n", "--column motor=", "names no column"},
 };
 
-TEST(Import, RefusesAndLeavesNothingBehind) {
+TEST(Import, RefusesUnusableTablesAndLeavesNoFile) {
   for (const Refusal& one : refusals) {
     SCOPED_TRACE(one.what);
     const Scratch scratch;
@@ -272,7 +272,7 @@ TEST(Import, AsksForTheCar) {
   EXPECT_THAT(import(scratch, {{"a.csv", "t,v\n0,1\n"}}, motor), Ends(2, HasSubstr("--wheelbase")));
 }
 
-TEST(Import, LeavesOutAndCountsWhatDoesNotFit) {
+TEST(Import, LeavesOutAndCountsUnusableValues) {
   const Scratch scratch;
   std::string table = "t,v,w\n";
   for (int i = 0; i < 50; ++i)

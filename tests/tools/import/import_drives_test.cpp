@@ -71,7 +71,7 @@ json errors(const Scratch& scratch, const fs::path& folder, const fs::path& trut
   return json::parse(outcome.out)["estimates"][0];
 }
 
-TEST(Import, OfARecordedDriveReplaysToTheSameErrors) {
+TEST(Import, AnImportedDriveReplaysWithTheSameErrors) {
   if (!recorded::at_hand(3)) return;
   for (const std::string name : {"f110_ds3", "cpm_ucar", "xray_duck_1"}) {
     SCOPED_TRACE(name);

@@ -21,7 +21,7 @@ std::string refusal(const std::vector<std::string>& arguments) {
   return message_of([&] { check(parsed(arguments)); });
 }
 
-TEST(TrackOptions, AreRead) {
+TEST(TrackOptions, AreParsed) {
   const TrackOptions options =
       parsed({"film.mp4", "--out=a.csv", "--aruco=4x4_50", "--front=7", "--rear=8",
               "--lens=lens.yaml", "--ground-marker=1=3,-4", "--ground-marker=2=3,4",
@@ -30,7 +30,7 @@ TEST(TrackOptions, AreRead) {
   EXPECT_EQ(options.ground_markers.size(), 4U);
 }
 
-TEST(TrackOptions, WhatDoesNotFitTogetherIsRefused) {
+TEST(TrackOptions, ContradictionsAreRefused) {
   using Arguments = std::vector<std::string>;
   const std::pair<Arguments, const char*> whole[]{
       {{}, "--aruco 4x4_50"},

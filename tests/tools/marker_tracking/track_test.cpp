@@ -130,7 +130,7 @@ MarkerTrack tracked(const TrackOptions& options, TrackSummary* summary = nullptr
 }
 
 // A pixel covers 4.8 mm on the ground.
-TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens) {
+TEST(Track, FindsArucoMarkersWithinMillimetresThroughATiltedCameraWithALens) {
   TrackSummary summary;
   const Errors errors = errors_of(tracked(stage().options, &summary));
   EXPECT_EQ(summary.frames, frames);
@@ -141,7 +141,7 @@ TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens)
 }
 
 // The markers' plane is 10 cm nearer to the camera: taken for the ground, it appears 4 % larger.
-TEST(Track, TheHeightOfTheMarkersAndTheLensCount) {
+TEST(Track, CorrectsForTheHeightOfTheMarkersAndTheLens) {
   for (const std::string& lens : {stage().lens, std::string{}}) {
     TrackOptions options = stage().options;
     options.height = 0.0;
@@ -165,7 +165,7 @@ TEST(Track, ALostMarkerLeavesItsFieldsEmptyAndIsCounted) {
   EXPECT_GE(track.gaps, 5U);
 }
 
-TEST(Track, WithoutPlacesOnTheGroundTheTrackIsInPixels) {
+TEST(Track, WithoutGroundMarkersTheTrackIsInPixels) {
   TrackOptions options = stage().options;
   options.ground_markers.clear();
   options.lens.clear();
@@ -184,7 +184,7 @@ TEST(Track, TimesComeFromTheFilmOrTheRate) {
   EXPECT_EQ(tracked(options).frames.at(1).t_ns, 5'000'000);
 }
 
-TEST(Track, WhatCannotBeUsedIsRefusedWithTheFix) {
+TEST(Track, RefusesUnusableInputWithTheFix) {
   const auto written = [](const char* name, const char* text) {
     return stage().scratch.write(name, text).string();
   };
@@ -219,7 +219,7 @@ TEST(Track, WhatCannotBeUsedIsRefusedWithTheFix) {
   }
 }
 
-TEST(Track, AFilmOfAChessboardGivesTheLens) {
+TEST(Track, CalibratesTheLensFromAFilmOfAChessboard) {
   const Scratch scratch;
   const FilmCamera camera{.place = {0.0, 0.0, 0.9}};
   // 7 x 5 inner corners of 4 cm.

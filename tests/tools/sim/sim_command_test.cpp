@@ -7,7 +7,7 @@
 #include "can_protocol/sources/candump.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 
 namespace odomd::tools::sim_command_test {
 namespace {
@@ -23,7 +23,7 @@ std::vector<can::Frame> frames_of(const std::string& text) {
   return frames;
 }
 
-TEST(SimCommand, KeepsAForeignDirectory) {
+TEST(SimCommand, KeepsOtherFilesInTheDirectory) {
   const Scratch scratch;
   scratch.write("precious", "data");
   EXPECT_THAT(scratch.run("odom sim --duration 1 --out ."), Ends(2, HasSubstr("--force")));
@@ -31,7 +31,7 @@ TEST(SimCommand, KeepsAForeignDirectory) {
   EXPECT_EQ(scratch.text("precious"), "data");
 }
 
-TEST(SimCommand, JsonContainsWhatWasDrawn) {
+TEST(SimCommand, JsonHasTheDrawnErrors) {
   const Scratch scratch;
   const auto report = scratch.json(
       "odom sim --json --duration 1 --seed 4 --fix gyro_bias=-0.02 --gyro-scale-error 0 --out .");
@@ -65,7 +65,7 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
   }
 }
 
-TEST(SimCommand, WritesMeasurementsThatIdentifyTakes) {
+TEST(SimCommand, WritesMeasurementsThatIdentifyAccepts) {
   const Scratch scratch;
   for (const std::string seed : {"1", "5", "15", "20"}) {
     for (const std::string what : {"weighing", "swing"})
@@ -147,7 +147,7 @@ TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
   EXPECT_GE(frames[0].time_ns, frames[1].time_ns);
 }
 
-TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
+TEST(SimCommand, EndsWithOneLineWhenItsReaderCloses) {
   const Scratch scratch;
   const Outcome outcome =
       scratch.run("(odom sim --live --duration 20; echo $? > status) | head -n 3");
@@ -156,7 +156,7 @@ TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
 }
 
 // A live drive that has sent its first frames.
-TEST(SimCommand, ASignalEndsItWithWholeFilesWhateverSignalsFollow) {
+TEST(SimCommand, LeavesCompleteFilesAfterASignalWhateverSignalsFollow) {
   const Scratch scratch;
   for (const std::string more : {"", "kill -TERM $pid; kill -TERM $pid; "})
     EXPECT_THAT(

@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Course{"parking", ford_escort, 3.0}, Course{"circle", bmw_320i, 14.0},
                       Course{"stop-and-go", bmw_320i, 15.0}));
 
-TEST(Sim, ACarOfPublishedDataSpeaksAtItsOwnPace) {
+TEST(Sim, ACarWithPublishedDataHasItsOwnCycleTimes) {
   const Drive a = drive({.scenario = "slalom", .car = vw_vanagon, .duration = 20.0});
   EXPECT_NEAR(static_cast<double>(std::ranges::count(a.all.frames, 0x1A2U, &can::Frame::id)),
               2000.0, 2.0);
@@ -135,7 +135,7 @@ BankedTurn banked_turn(CarKind car, double bank) {
   return {sum.read / count, sum.level / count, sum.bank / count, sum.roll / count};
 }
 
-TEST(Sim, TheAccelerometerReadsGravityInABankedTurn) {
+TEST(Sim, TheAccelerometerMeasuresGravityInABankedTurn) {
   constexpr double gravity = 9.80665;
   for (const CarKind car : {bmw_320i, vw_vanagon}) {
     const BankedTurn level = banked_turn(car, 0.0), banked = banked_turn(car, 0.17);
@@ -160,7 +160,7 @@ TEST(Sim, LapsCloseAtEverySpeedAndWithASlowServo) {
   }
 }
 
-TEST(Sim, AMovingStartNeverStands) {
+TEST(Sim, AMovingStartNeverStandsStill) {
   const std::array<std::pair<std::string, double>, 3> drives{
       {{"lap", 1.4}, {"circle", 0.9}, {"road", 15.0}}};
   for (const auto& [scenario, slowest] : drives) {
@@ -211,7 +211,7 @@ TEST(Sim, TheSameSeedGivesTheSameBits) {
   EXPECT_NE(a.all.truth.back().pose.x, other.all.truth.back().pose.x);
 }
 
-TEST(Sim, OneSensorsErrorsLeaveTheOthersAlone) {
+TEST(Sim, ErrorsOfOneSensorLeaveTheOthersUnchanged) {
   RunOptions options{.duration = 5.0};
   const Drive with = drive(options);
   options.sizes = {{Parameter::gyro_noise, 0.0}, {Parameter::camera_noise, 0.0}};
@@ -283,7 +283,7 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
   EXPECT_EQ(counters.some_lost.get(), 0U);
 }
 
-TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
+TEST(Sim, TheFolderHasTheFilesThatTheToolsRead) {
   const tools::Scratch scratch;
   const auto folder = scratch.path("drive");
   make_drive_folder(folder, Existing::keep);
@@ -304,7 +304,7 @@ TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
   EXPECT_THROW(make_drive_folder(folder / "car.toml", Existing::replace), std::invalid_argument);
 }
 
-TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
+TEST(Sim, ACarThatSlidesOffTheTrackIsAnError) {
   EXPECT_THROW(
       (void)drive({.scenario = "lap", .speed = 4.0, .fixed = {{Parameter::friction, 0.06}}}),
       std::runtime_error);

@@ -26,7 +26,7 @@ enum class Draw : std::uint8_t {
   uniform,  ///< once per run, from -value to +value
 };
 
-/// An ideal car has the same properties, but no errors.
+/// An ideal car keeps the properties; its errors are 0.
 enum class Nature : std::uint8_t { property, error };
 
 struct ParameterInfo {

@@ -41,12 +41,10 @@ class SwingRig {
   [[nodiscard]] const PlantOutput& output() const { return output_; }
 
  private:
-  struct State {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-    Eigen::Vector4d attitude = Eigen::Vector4d::Zero();  ///< quaternion, w first
-    Eigen::Vector3d spin = Eigen::Vector3d::Zero();      ///< in body axes
-  };
+  /// Position and velocity in the world, attitude (quaternion, w first) and angular velocity in
+  /// body axes (spin); each begins at its index.
+  using State = Eigen::Vector<double, 13>;
+  enum : Eigen::Index { position = 0, velocity = 3, attitude = 6, spin = 10 };
   [[nodiscard]] State derivative(const State& state) const;
   void write_output();
 
@@ -55,7 +53,7 @@ class SwingRig {
   std::array<Eigen::Vector3d, 2> below_;  // fixings, in the body
   double rest_length_ = 0.0;
   double stiffness_ = 0.0;
-  State state_;
+  State state_ = State::Zero();
   PlantOutput output_;
 };
 

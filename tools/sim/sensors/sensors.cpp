@@ -23,6 +23,11 @@ double saturated(double value, double range) {
   return range > 0.0 ? std::clamp(value, -range, range) : value;
 }
 
+// A step of 0 means that the value is not quantised.
+double quantised(double value, double step) {
+  return step > 0.0 ? step * std::round(value / step) : value;
+}
+
 }  // namespace
 
 void PastOutputs::add(std::int64_t time_ns, const PlantOutput& output) {
@@ -75,16 +80,14 @@ WheelEncoder::WheelEncoder(const ParameterSet& truth, Wheel wheel, double config
                            std::uint64_t seed)
     : wheel_(wheel),
       radius_(configured_radius),
-      counts_(truth[encoder_counts]),
-      noise_(truth[wheel_noise]),
-      step_(truth[wheel_step]),
-      dead_band_(truth[wheel_dead_band]),
+      truth_(truth),
       stream_(seed, "wheel " + std::to_string(wheel)),
       phase_(stream_.uniform()) {}
 
 double WheelEncoder::quantised_turns(double angle) const {
   const double turns = angle / (2.0 * std::numbers::pi);
-  return counts_ > 0.0 ? std::floor(turns * counts_ + phase_) / counts_ : turns;
+  const double counts = truth_[encoder_counts];
+  return counts > 0.0 ? std::floor(turns * counts + phase_) / counts : turns;
 }
 
 double WheelEncoder::read(const PlantOutput& car, double dt) {
@@ -92,11 +95,10 @@ double WheelEncoder::read(const PlantOutput& car, double dt) {
   const double before = quantised_turns(car.wheel_angle[wheel_] - car.wheel_rate[wheel_] * dt);
   const double moved = seen - last_.value_or(before);
   last_ = seen;
-  const double noise = noise_ * stream_.normal();
+  const double noise = truth_[wheel_noise] * stream_.normal();
   if (moved == 0.0) return 0.0;
   const double speed = 2.0 * std::numbers::pi * radius_ * moved / dt + noise;
-  if (std::abs(speed) < dead_band_) return 0.0;
-  return step_ > 0.0 ? step_ * std::round(speed / step_) : speed;
+  return std::abs(speed) < truth_[wheel_dead_band] ? 0.0 : quantised(speed, truth_[wheel_step]);
 }
 
 SteeringSensor::SteeringSensor(const ParameterSet& truth, std::uint64_t seed)
@@ -106,8 +108,7 @@ double SteeringSensor::read(const PlantOutput& car) {
   const double angle = truth_[steering_commanded] > 0.5 ? car.commanded_steering : car.steering;
   const double read = (1.0 + truth_[steering_scale_error]) * angle + truth_[steering_offset] +
                       truth_[steering_noise] * stream_.normal();
-  const double step = truth_[steering_step];
-  return saturated(step > 0.0 ? step * std::round(read / step) : read, truth_[steering_range]);
+  return saturated(quantised(read, truth_[steering_step]), truth_[steering_range]);
 }
 
 double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius, double cycle_s) {

@@ -105,10 +105,7 @@ class WheelEncoder {
 
   Wheel wheel_;
   double radius_;
-  double counts_;
-  double noise_;
-  double step_;
-  double dead_band_;
+  ParameterSet truth_;
   RandomStream stream_;
   double phase_;  ///< of the marks at wheel angle 0 [counts]
   std::optional<double> last_;

@@ -3,8 +3,8 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/sim/sensors/moments.hpp"
+#include "tools/sim/car/cars.hpp"
 #include "tools/sim/car/plant.hpp"
-#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim {
 

@@ -54,7 +54,7 @@ TEST_P(PublishedCar, RollsInASteadyTurnAsItsGradientSays) {
   }
 }
 
-TEST_P(PublishedCar, RollsAndPitchesAsCarsDo) {
+TEST_P(PublishedCar, RollsAndPitchesLikeRealCars) {
   const double per_g = gravity / degree;
   EXPECT_NEAR(car.suspension.roll_gradient() * per_g, 7.5, 1.5);
   EXPECT_NEAR(
@@ -82,7 +82,7 @@ TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
   EXPECT_NEAR(plant.output().pitch, 0.0, 1e-5);
 }
 
-TEST_P(PublishedCar, ItsWheelsCarryItsWeight) {
+TEST_P(PublishedCar, WheelLoadsAddUpToItsWeight) {
   const Plant turning = steady(car, 12.0, 0.05);
   EXPECT_NEAR(sum(turning.loads()), car.mass * gravity, 1e-6 * car.mass * gravity);
   EXPECT_GT(turning.loads()[front_right], turning.loads()[front_left]);
@@ -117,7 +117,7 @@ TEST_P(PublishedCar, DrivesItsOwnAxle) {
   EXPECT_LT(std::abs(slip(front ? rear_left : front_left)), 0.002);
 }
 
-TEST_P(PublishedCar, GainsNoEnergyWhereNothingDrivesIt) {
+TEST_P(PublishedCar, GainsNoEnergyWithoutDrive) {
   Plant plant = steady(car, 12.0, 0.05);
   drive(plant, {.steering = 0.05}, 0.6);  // lag of the drive
   for (int k = 0; k < 20; ++k) {
@@ -157,7 +157,7 @@ TEST_P(PublishedCar, StandsStillOnASlope) {
 }
 
 // Specific force at a point of the body, compared with differences of that point's motion.
-TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
+TEST_P(AnyCar, SpecificForceMatchesTheMotionOfTheBody) {
   constexpr std::array at{0.35, 0.8, 0.45};
   const auto rotated = [](const PlantOutput& o, std::array<double, 3> v, double sign) {
     // R_z(ψ) R_y(θ) R_x(φ) v, or the inverse
@@ -206,13 +206,13 @@ TEST_P(AnyCar, TheBodyFeelsWhatItsMotionAsksFor) {
   EXPECT_GT(largest, 2.0);
 }
 
-TEST_P(PublishedCar, ItsGyroTurnsAboutTheBodysAxis) {
+TEST_P(PublishedCar, TheGyroMeasuresAboutTheAxisOfTheBody) {
   const PlantOutput out = steady(car, 12.0, 0.09).output();
   EXPECT_LT(body_yaw_rate(out), out.yaw_rate);
   EXPECT_NEAR(body_yaw_rate(out), out.yaw_rate * std::cos(out.roll) * std::cos(out.pitch), 1e-4);
 }
 
-TEST_P(PublishedCar, TheOwnerReadsTheTyresUnderTheStaticLoad) {
+TEST_P(PublishedCar, ConfiguredStiffnessesAreThoseUnderTheStaticLoad) {
   const estimator::Vehicle owned = configured_vehicle(GetParam());
   const double load = owned.mass * gravity / owned.wheelbase();
   EXPECT_NEAR(owned.cornering_stiffness_front, 21.92 * load * owned.rear_axle, 1000.0);
@@ -231,7 +231,7 @@ TEST(Chassis, UnloadedWheelsDoNotLockOrSpin) {
   }
 }
 
-TEST(Chassis, ARigidCarIsWhatItWas) {
+TEST(Chassis, ARigidCarStaysLevel) {
   const PlantParameters car = ideal_car(CarKind::saloon);
   EXPECT_FALSE(car.suspension.present());
   const PlantOutput out = steady(car, 10.0, 0.06, {.grade = 0.05}).output();

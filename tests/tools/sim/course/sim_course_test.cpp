@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "tests/gtest.hpp"
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 #include "tools/sim/course/driver.hpp"
 #include "tools/sim/course/scenario.hpp"
 #include "tools/sim/course/track.hpp"
@@ -38,7 +38,7 @@ TEST(Track, HasTheLengthAndTheCurvesOfItsPolygon) {
               7.5, 0.02);
 }
 
-TEST(Track, AnOpenOneGoesStraightOn) {
+TEST(Track, AnOpenTrackContinuesStraight) {
   const Track track(rounded_polygon({{0, 0, 0}, {2, 0, 0}, {4, 0, 0}}, Shape::open, 0.01),
                     Shape::open, 0.3);
   EXPECT_NEAR(track.at(track.length() + 1.0).x, 5.0, 1e-6);

@@ -19,7 +19,7 @@ std::vector<estimator::CameraPose> pictures(const ParameterSet& truth, double se
   return poses;
 }
 
-TEST(Camera, IsLateByWhatIsAskedFor) {
+TEST(Camera, HasTheConfiguredLatency) {
   const ParameterSet truth = default_parameters(CarKind::scale_car);
   const auto poses = pictures(truth, 200.0);
   EXPECT_NEAR(static_cast<double>(poses.size()), 200.0 / 0.035, 2.0);
@@ -40,7 +40,7 @@ TEST(Camera, IsLateByWhatIsAskedFor) {
   EXPECT_NEAR(yaw.deviation(), 0.0087, 4e-4);
 }
 
-TEST(Camera, StraysAsOftenAndAsFarAsIsAskedFor) {
+TEST(Camera, HasOutliersAsOftenAndAsLargeAsConfigured) {
   const ParameterSet truth = ideal_parameters({{camera_outliers, 0.1}});
   const auto poses = pictures(truth, 200.0);
   int outliers = 0;
@@ -79,7 +79,7 @@ TEST(Camera, SeesItsReferencePoint) {
   EXPECT_NEAR(poses[0].yaw, std::numbers::pi / 2.0 + 0.3, 1e-12);
 }
 
-TEST(Camera, ErrsForAsLongAsIsAskedFor) {
+TEST(Camera, HasErrorsWithTheConfiguredCorrelationTime) {
   const ParameterSet truth = ideal_parameters(
       {{camera_lasting_noise, 0.05}, {camera_lasting_yaw_noise, 0.02}, {camera_lasting_time, 2.0}});
   const auto poses = pictures(truth, 20'000.0);

@@ -43,7 +43,7 @@ TEST(Parameters, TruthIsDrawnWithTheStatedSizes) {
   EXPECT_NEAR(scale.deviation(), sizes[gyro_scale_error] / std::sqrt(3.0), 0.001);
 }
 
-TEST(Parameters, OneErrorLeavesTheOthersAlone) {
+TEST(Parameters, OneErrorLeavesTheOthersUnchanged) {
   ParameterSet sizes = default_parameters(CarKind::scale_car);
   const ParameterSet before = draw_truth(sizes, 3);
   sizes[gyro_bias] = 0.0;
@@ -54,7 +54,7 @@ TEST(Parameters, OneErrorLeavesTheOthersAlone) {
   }
 }
 
-TEST(Imu, TheBiasWalksAsItsDensitySays) {
+TEST(Imu, TheBiasWalksWithTheStatedDensity) {
   Moments ends;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     const ParameterSet truth = ideal_parameters({{gyro_bias_walk, 1e-3}});
@@ -67,7 +67,7 @@ TEST(Imu, TheBiasWalksAsItsDensitySays) {
   EXPECT_NEAR(ends.deviation(), 1e-3 * std::sqrt(10.0), 4e-4);
 }
 
-TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
+TEST(Imu, AppliesScaleBiasAndMountingYaw) {
   const ParameterSet truth = ideal_parameters(
       {{gyro_scale_error, 0.02}, {gyro_bias, 0.01}, {accel_bias_x, 0.3}, {imu_yaw_error, 0.1}});
   Imu imu(truth, 1);
@@ -96,7 +96,7 @@ std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
   return {gyro.deviation(), accel.deviation()};
 }
 
-TEST(Imu, VibratesOnTheMove) {
+TEST(Imu, HasMoreNoiseWhileDriving) {
   ParameterSet truth = ideal_parameters({{gyro_noise, 0.01}, {accel_noise, 0.2}});
   for (const double speed : {0.0, 3.0}) EXPECT_NEAR(noise_at(truth, speed)[0], 0.01, 3e-4);
   truth[noise_at_rest] = 0.2;
@@ -107,7 +107,7 @@ TEST(Imu, VibratesOnTheMove) {
   EXPECT_NEAR(noise_at(truth, 5.0)[0], 0.01, 3e-4);
 }
 
-TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
+TEST(Parameters, SprungCarsHaveTheDocumentedSensors) {
   const ParameterSet sizes = default_parameters(CarKind::ford_escort);
   constexpr double degree = std::numbers::pi / 180.0;
   EXPECT_DOUBLE_EQ(sizes[gyro_noise], 0.1 * degree);
@@ -121,7 +121,7 @@ TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
   EXPECT_EQ(default_parameters(CarKind::scale_car)[noise_at_rest], 1.0);
 }
 
-TEST(WheelEncoder, SpeaksInSteps) {
+TEST(WheelEncoder, RoundsToItsStep) {
   const ParameterSet truth = ideal_parameters({{wheel_step, 0.01}});
   WheelEncoder encoder(truth, rear_left, 0.3, 1);
   PlantOutput car;
@@ -209,7 +209,7 @@ std::array<double, 4> last_values(const ParameterSet& truth) {
   return values;
 }
 
-TEST(Latency, MakesOneSourceLateAndLeavesTheOthersAlone) {
+TEST(Latency, DelaysOneSourceAndLeavesTheOthersUnchanged) {
   const std::array<double, 4> in_time = last_values(level_imu());
   for (const double value : in_time) EXPECT_NEAR(value, 0.49, 0.011);
   constexpr std::array latencies{gyro_latency, accel_latency, wheel_latency, steering_latency};
@@ -249,7 +249,7 @@ TEST(WheelEncoder, ReadsZeroBelowTheDeadBand) {
   EXPECT_NEAR(read(-0.51), -0.51, 1e-9);
 }
 
-TEST(WheelEncoder, ReadsTheSpeedAtOnceOfAWheelThatTurns) {
+TEST(WheelEncoder, ReadsTheSpeedOfATurningWheelAtOnce) {
   WheelEncoder encoder(level_imu(), rear_left, radius, 1);
   EXPECT_NEAR(encoder.read({.wheel_rate = {0.0, 0.0, 30.0, 0.0}}, 0.01), 30.0 * radius, 1e-9);
 }

@@ -1,4 +1,4 @@
-#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
 
 #include <algorithm>
 #include <array>

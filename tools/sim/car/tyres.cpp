@@ -1,4 +1,5 @@
-// The plant's wheels: their motion over the ground, their loads, and their forces on the car.
+// The tyres: the force of one tyre, and for each wheel of the plant its motion over the ground, its
+// load and its force on the car.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,7 +7,6 @@
 #include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {
-
 namespace {
 
 Vector2 wheel_position(const PlantParameters& p, std::size_t wheel) {
@@ -34,6 +34,20 @@ double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tre
 }
 
 }  // namespace
+
+Vector2 tyre_force(const Tyre& tyre, double load, double friction, double slip_x, double slip_y) {
+  const double limit = friction * load;
+  if (limit <= 0.0) return {};
+  const double growth = std::pow(load / tyre.nominal_load, tyre.load_exponent);
+  // s_x = C_κ κ / (μ F_z),   s_y = C_α tan α / (μ F_z)
+  const double s_x = tyre.slip_stiffness * growth * slip_x / limit;
+  const double s_y = tyre.cornering_stiffness * growth * slip_y / limit;
+  const double s = std::hypot(s_x, s_y);
+  if (s < 1e-9) return {limit * s_x, limit * s_y};
+  // F = μ F_z sin(c atan(s / c))
+  const double force = limit * std::sin(tyre.shape * std::atan(s / tyre.shape));
+  return {force * s_x / s, force * s_y / s};
+}
 
 // Motion of a tyre over the ground, in its own axes.
 struct Plant::WheelMotion {
