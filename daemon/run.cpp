@@ -57,8 +57,8 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
                                                             const can::Decoder& decoder,
                                                             can::BusNames& buses,
                                                             can::LogClock& log_clock) {
-  can::SourceSettings settings;
-  settings.selected = [&decoder](const can::Frame& frame) { return decoder.is_mapped(frame); };
+  const auto is_mapped = [&decoder](const can::Frame& frame) { return decoder.is_mapped(frame); };
+  can::SocketCanSettings settings;
   for (const auto& message : decoder.messages())
     settings.keys.push_back(can::frame_key(message.id, message.format) |
                             (message.id_mask == can::whole_id ? 0U : can::j1939_group_flag));
@@ -67,7 +67,7 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
   settings.receive_buffer = config.can.receive_buffer;
   std::vector<std::unique_ptr<can::FrameSource>> sources;
   for (const auto& name : config.can.sources)
-    sources.push_back(can::open_source(name, buses, log_clock, settings));
+    sources.push_back(can::open_source(name, buses, log_clock, settings, is_mapped));
   return sources;
 }
 

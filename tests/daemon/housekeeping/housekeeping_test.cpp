@@ -43,7 +43,7 @@ TEST(ControllerReports, NameErrorsWithTheFixAndRecoveries) {
   const std::string active_again = "info can0: the controller is error-active again";
   expect_reports({}, {{stopped, ""}, {error_active, ""}, {error_warning, ""}, {error_active, ""}});
   expect_reports(
-      {.errors = can::ErrorCounters{130, 5}},
+      {.errors = can_berr_counter{130, 5}},
       {{error_passive, passive + " (error counters: transmit 130, receive 5); check bit rate"},
        {error_passive, ""},
        {error_warning, ""},
