@@ -207,15 +207,15 @@ void Housekeeping::look_at_socket(LocalSocket& socket) {
 void Housekeeping::look_at_segment() {
   const std::string& name = running_.config.shm.name;
   try {
-    switch (running_.writer.look_after()) {
-      case shm::Upkeep::stands:
+    switch (running_.writer.maintain()) {
+      case shm::Upkeep::unchanged:
         break;
       case shm::Upkeep::lock_renewed:
         journal_.warn(fmt::format(
             "{}.lock was removed while odomd was running; it has been recreated: leave it in place",
             name));
         break;
-      case shm::Upkeep::made_again:
+      case shm::Upkeep::recreated:
         journal_.warn(
             fmt::format("{}: the segment was removed or replaced while odomd was running; it has "
                         "been recreated, and readers switch to the new one: leave it in place",
