@@ -85,7 +85,7 @@ class ServiceManagerTest : public testing::Test {
   int socket_ = -1;
 };
 
-TEST_F(ServiceManagerTest, IsFedWhileTheTicksMoveIfItWantsAWatchdog) {
+TEST_F(ServiceManagerTest, GetsWatchdogNotificationsWhileTicksAdvance) {
   Watchdog unwanted;
   unwanted.notify(1, 1'000'000'000);
   EXPECT_EQ(heard(), "");
