@@ -28,7 +28,7 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/realtime/beat.hpp"
 #include "daemon/realtime/relay.hpp"
-#include "daemon/sockets/recorder_door.hpp"
+#include "daemon/sockets/recorder_server.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
@@ -57,8 +57,8 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
                                                             const can::Decoder& decoder,
                                                             can::BusNames& buses,
                                                             can::LogClock& log_clock) {
-  can::SourceSettings settings;
-  settings.selected = [&decoder](const can::Frame& frame) { return decoder.is_mapped(frame); };
+  const auto is_mapped = [&decoder](const can::Frame& frame) { return decoder.is_mapped(frame); };
+  can::SocketCanSettings settings;
   for (const auto& message : decoder.messages())
     settings.keys.push_back(can::frame_key(message.id, message.format) |
                             (message.id_mask == can::whole_id ? 0U : can::j1939_group_flag));
@@ -67,7 +67,7 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
   settings.receive_buffer = config.can.receive_buffer;
   std::vector<std::unique_ptr<can::FrameSource>> sources;
   for (const auto& name : config.can.sources)
-    sources.push_back(can::open_source(name, buses, log_clock, settings));
+    sources.push_back(can::open_source(name, buses, log_clock, settings, is_mapped));
   return sources;
 }
 
@@ -86,11 +86,11 @@ bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecess
     return can::source_kind(source) == can::SourceKind::log;
   });
   if (settings.resume == Resume::forbidden || all_files || !predecessor) return false;
-  const auto age_ns = age_to_go_on_from(predecessor->pose, monotonic_now());
+  const auto age_ns = resumable_pose_age(predecessor->pose, monotonic_now());
   return age_ns && pipeline.resume(predecessor->pose, predecessor->details, *age_ns);
 }
 
-/// The beat in its thread, for as long as this lives.
+/// Runs the beat in its thread for the lifetime of the object.
 class BeatThread {
  public:
   BeatThread(Beat& beat, const RealtimeConfig& config, bool memory_locked, bool resumed)
@@ -133,11 +133,11 @@ std::optional<LocalSocket> open_status_socket(const SocketConfig& config, Journa
 }
 
 /// Recording is optional as well.
-std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& journal) {
+std::optional<RecorderServer> open_recorder_server(const Running& running, Journal& journal) {
   const Config& config = running.config;
   try {
     auto files = recording_files(config);
-    return std::optional<RecorderDoor>(
+    return std::optional<RecorderServer>(
         std::in_place,
         Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
         LocalSocket({config.record, SocketType::stream, socket_advice("[record] socket")}),
@@ -191,7 +191,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   // the next attempt.
   shm::Writer writer(std::move(claim), segment_info(config));
 
-  CameraDoor cameras;
+  CameraServer cameras;
   EventRing events;
   Relay relay(config.realtime.priority, config.realtime.cpu, [&writer] { writer.wake_clients(); });
   const auto tap = std::make_unique<RecordingTap>(*pipeline);
@@ -213,7 +213,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   const Running running{config, buses,   machine, granted, sources,     log_clock, *pipeline,
                         writer, cameras, events,  *beat,   controllers, *tap,      started_ns};
   Housekeeping(running, journal, std::move(signals), std::move(camera_socket),
-               std::move(status_socket), open_recorder_door(running, journal), settings.at_end)
+               std::move(status_socket), open_recorder_server(running, journal), settings.at_end)
       .run();
 }
 

@@ -39,7 +39,7 @@ namespace {
   throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
 }
 
-// A lock contains its owner's pid and a line feed, or nothing yet.
+// A lock contains the pid of its owner and a line feed; a new lock is empty.
 constexpr std::size_t longest_owner = 24;
 
 std::string text_of(int file) {
@@ -80,14 +80,14 @@ bool is_emptied_segment(const std::string& path, const struct stat& status) {
   struct stat lock_status {};
   const FileDescriptor lock(
       open((path + ".lock").c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
-  if (lock.get() < 0 || fstat(lock.get(), &lock_status) != 0) return false;
+  if (!lock || fstat(lock.get(), &lock_status) != 0) return false;
   const std::string text = text_of(lock.get());
   return lock_status.st_uid == geteuid() && !text.empty() && is_lock_of_ours(text);
 }
 
 /// A writer running as root could replace any file, so it only replaces files that a writer has
 /// left. The first word of an unfinished segment is still zero.
-void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
+void require_segment_or_absent(const std::string& path, Unfinished unfinished) {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) {
     if (errno == ENOENT) return;
@@ -97,7 +97,7 @@ void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
   ssize_t length = -1;
   if (S_ISREG(status.st_mode)) {
     const FileDescriptor file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
-    if (file.get() < 0) fail(path, "read it");
+    if (!file) fail(path, "read it");
     length = pread(file.get(), &magic, sizeof magic, 0);
     if (length < 0) fail(path, "read it");
   }
@@ -128,10 +128,6 @@ gid_t group_id(const std::string& name) {
 }
 
 }  // namespace
-
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) close(fd_);
-}
 
 void Unmap::operator()(std::uint64_t* words) const noexcept {
   munmap(words, bytes);
@@ -166,7 +162,7 @@ FileDescriptor lock_file(const std::string& path) {
   const std::string name = path + ".lock";
   FileDescriptor lock(open(name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK,
                            S_IRUSR | S_IWUSR));
-  if (lock.get() < 0) fail(name, "open the lock of the segment's writer");
+  if (!lock) fail(name, "open the lock of the segment's writer");
   struct stat status {};
   if (fstat(lock.get(), &status) != 0) fail(name, "inspect the lock");
   if (!S_ISREG(status.st_mode))
@@ -208,7 +204,7 @@ FileDescriptor lock_name(const std::string& path) {
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
 
   FileDescriptor held(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (held.get() < 0) fail(path, "create the socket that locks its name");
+  if (!held) fail(path, "create the socket that locks its name");
   if (bind(held.get(), generic, size) == 0) {
     if (listen(held.get(), SOMAXCONN) != 0) fail(path, "lock its name");
     return held;
@@ -227,7 +223,7 @@ FileDescriptor lock_name(const std::string& path) {
 }  // namespace
 
 void refuse_foreign(const std::string& path) {
-  refuse_what_is_no_segment(path, Unfinished::refused);
+  require_segment_or_absent(path, Unfinished::refused);
 }
 
 SegmentLock lock_segment(const std::string& path) {
@@ -244,11 +240,11 @@ void renew_lock_file(SegmentLock& lock, const std::string& path) {
 UnnamedSegment create_segment(const std::string& path, std::size_t bytes) {
   // One fixed name, so that the next writer removes the file of a writer that died here.
   std::string temporary = path + ".tmp";
-  refuse_what_is_no_segment(temporary, Unfinished::taken);
+  require_segment_or_absent(temporary, Unfinished::taken);
   if (unlink(temporary.c_str()) != 0 && errno != ENOENT) fail(temporary, "remove it");
   FileDescriptor file(open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                            S_IRUSR | S_IWUSR));
-  if (file.get() < 0) fail(temporary, "create the segment");
+  if (!file) fail(temporary, "create the segment");
 
   // Memory is reserved now: a full tmpfs is an error at start, not a SIGBUS in the beat.
   const int error = posix_fallocate(file.get(), 0, static_cast<off_t>(bytes));

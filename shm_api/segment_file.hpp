@@ -7,29 +7,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <utility>
 
+#include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::shm {
-
-/// An open file descriptor with one owner.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd = -1) noexcept : fd_(fd) {}
-  ~FileDescriptor();
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  [[nodiscard]] int get() const noexcept { return fd_; }
-
- private:
-  int fd_;
-};
 
 /// Unmaps the words of a segment, which are mapped for writing.
 struct Unmap {

@@ -186,7 +186,7 @@ struct Segment {
   }
 
   /// Copies the beat's counts and settings from the segment that this one replaces.
-  void go_on_from(const Segment& before) const noexcept {
+  void continue_from(const Segment& before) const noexcept {
     const auto copy = [&](std::size_t index) {
       odomi_store(word(index), odomi_load(before.word(index)));
     };
@@ -243,10 +243,10 @@ struct Writer::State {
     return segment().word(index);
   }
 
-  void go_over() noexcept {
+  void switch_to_next() noexcept {
     Segment* const made = next.load(std::memory_order_acquire);
     if (made == nullptr) return;
-    made->go_on_from(segment());
+    made->continue_from(segment());
     live.store(made, std::memory_order_release);
     next.store(nullptr, std::memory_order_release);
   }
@@ -275,7 +275,7 @@ const std::optional<Inheritance>& Writer::predecessor() const noexcept {
 }
 
 bool Writer::publish(const odom_pose& pose, const odom_details& details) noexcept {
-  state_->go_over();
+  state_->switch_to_next();
   const Segment& segment = state_->segment();
   const std::uint64_t head = odomi_load(segment.word(ODOM_HEADER_HEAD));
   if (pose.tick > ODOM_TICK_MAX || odomi_sequence(pose.tick) <= head) return false;
@@ -327,20 +327,20 @@ void Writer::set_log_offset(std::int64_t offset_ns) noexcept {
   store_time(state_->word(ODOM_HEADER_LOG_OFFSET), offset_ns);
 }
 
-Upkeep Writer::look_after() {
+Upkeep Writer::maintain() {
   state_->drop_old();
   Claim::State& name = *state_->claim.state_;
   const bool locked = id_of(name.path + ".lock") == id_of(name.lock.file.get());
   if (!locked) renew_lock_file(name.lock, name.path);
-  const bool stands = id_of(name.path) == state_->segments.back()->id;
-  if (stands) return locked ? Upkeep::stands : Upkeep::lock_renewed;
-  if (state_->segments.size() > 1) return Upkeep::made_again;  // the beat has not switched yet
+  const bool unchanged = id_of(name.path) == state_->segments.back()->id;
+  if (unchanged) return locked ? Upkeep::unchanged : Upkeep::lock_renewed;
+  if (state_->segments.size() > 1) return Upkeep::recreated;  // the beat has not switched yet
   if (id_of(name.path) != FileId{}) refuse_foreign(name.path);
   auto made = std::make_unique<Segment>(name.path, name.settings.slots, state_->segment().info);
   name_segment(made->file, name.path, name.settings);
   state_->segments.push_back(std::move(made));
   state_->next.store(state_->segments.back().get(), std::memory_order_release);
-  return Upkeep::made_again;
+  return Upkeep::recreated;
 }
 
 void Writer::wake_clients() noexcept {

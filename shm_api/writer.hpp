@@ -58,9 +58,9 @@ class Claim {
 
 /// The result of a check of the segment's name.
 enum class Upkeep : std::uint8_t {
-  stands,        ///< the segment has its name
+  unchanged,     ///< the segment has its name
   lock_renewed,  ///< the segment has its name, but the lock file had to be recreated
-  made_again     ///< its name was gone: a new segment serves from the next tick
+  recreated      ///< its name was gone: a new segment serves from the next tick
 };
 
 /// Creates the segment under a temporary name and renames it into place, so that readers find a
@@ -99,7 +99,7 @@ class Writer {
   /// segment has another instance id, and readers switch to it as to a successor's. Not real-time.
   /// Throws Displaced when another writer has the name, std::exception when it cannot be created:
   /// poses then still go to the old segment, which only its current readers see.
-  Upkeep look_after();
+  Upkeep maintain();
   [[nodiscard]] odom_beat beat() const noexcept;
   /// As written at start: later changes of offsets and first tick are in the segment only.
   [[nodiscard]] odom_info info() const noexcept;

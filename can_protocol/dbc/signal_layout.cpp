@@ -92,11 +92,7 @@ bool is_present(const Message& message, const Signal& signal,
   for (const Signal* at = &signal; at->multiplexor; at = &message.signals[*at->multiplexor]) {
     const SignalLayout multiplexor = layout_of(message.signals[*at->multiplexor]);
     if (payload.size() < multiplexor.bytes_needed) return false;
-    const std::uint64_t selected = extract_bits(multiplexor, payload);
-    if (std::none_of(at->selected_by.begin(), at->selected_by.end(), [&](const auto& range) {
-          return range.first <= selected && selected <= range.last;
-        }))
-      return false;
+    if (!is_selected(at->selected_by, extract_bits(multiplexor, payload))) return false;
   }
   return true;
 }

@@ -136,6 +136,14 @@ static_assert(std::endian::native == std::endian::little, "eight bytes are loade
 /// and files; a float keeps the digits of a float.
 [[nodiscard]] double as_written(const SignalLayout& signal, double physical) noexcept;
 
+/// Whether a raw value of the multiplexor lies in one of the ranges.
+[[nodiscard]] inline bool is_selected(std::span<const MultiplexRange> ranges,
+                                      std::uint64_t raw) noexcept {
+  for (const MultiplexRange& range : ranges)
+    if (range.first <= raw && raw <= range.last) return true;
+  return false;
+}
+
 /// Whether the multiplexors of the payload select this signal; true for a signal that is not
 /// multiplexed, false when the payload ends before a multiplexor does.
 [[nodiscard]] bool is_present(const Message& message, const Signal& signal,

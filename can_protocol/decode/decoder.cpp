@@ -17,7 +17,7 @@ std::uint8_t source_of(const Frame& frame) noexcept {
   return static_cast<std::uint8_t>(frame.id & 0xFFU);
 }
 
-/// The first message of a chain that accepts the frame's bus and sender.
+/// The first message in the chain that accepts the bus and the sender of the frame.
 std::int16_t first_taker(const Decoder::Tables& tables, std::int16_t at,
                          const Frame& frame) noexcept {
   for (; at >= 0; at = tables.messages[static_cast<std::size_t>(at)].next) {
@@ -56,10 +56,8 @@ Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
   for (std::uint32_t i = 0; i < binding.selectors.count; ++i) {
     const CompiledSelector& selector = tables.selectors[binding.selectors.first + i];
     if (length_of(frame) < selector.multiplexor.bytes_needed) return Outcome::too_short;
-    const std::uint64_t raw = extract_bits(selector.multiplexor, frame.data);
-    const auto* range = tables.ranges.data() + selector.ranges.first;
-    if (std::none_of(range, range + selector.ranges.count,
-                     [raw](const MultiplexRange& r) { return r.first <= raw && raw <= r.last; }))
+    if (!is_selected({tables.ranges.data() + selector.ranges.first, selector.ranges.count},
+                     extract_bits(selector.multiplexor, frame.data)))
       return Outcome::absent;
   }
   return Outcome::value;

@@ -13,7 +13,6 @@
 #include "base/counter.hpp"
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/e2e.hpp"
-#include "can_protocol/decode/e2e_trust.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 #include "can_protocol/frame.hpp"
 

@@ -51,11 +51,7 @@ void MessageEncoder::insert(const Signal& signal, std::uint64_t bits) {
   for (const Signal* at = &signal; at->multiplexor;) {
     const Signal& multiplexor = message_.signals[*at->multiplexor];
     const SignalLayout layout = layout_of(multiplexor);
-    const std::uint64_t selected = extract_bits(layout, payload_);
-    const auto selects = [selected](const MultiplexRange& range) {
-      return range.first <= selected && selected <= range.last;
-    };
-    if (std::none_of(at->selected_by.begin(), at->selected_by.end(), selects))
+    if (!is_selected(at->selected_by, extract_bits(layout, payload_)))
       insert_bits(layout, at->selected_by.front().first, payload_);
     at = &multiplexor;
   }

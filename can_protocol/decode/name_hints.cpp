@@ -1,21 +1,28 @@
-// Names are compared word by word (name_words.hpp).
+// Names are compared word by word.
 #include "can_protocol/decode/name_hints.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
-#include <vector>
 
 #include "base/nearest_name.hpp"
-#include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
 
 namespace odomd::can {
 namespace {
 
-using Words = NameWords;
+bool is_lower(char c) {
+  return std::islower(static_cast<unsigned char>(c)) != 0;
+}
+bool is_upper(char c) {
+  return std::isupper(static_cast<unsigned char>(c)) != 0;
+}
+bool is_letter(char c) {
+  return is_lower(c) || is_upper(c);
+}
 
 /// Counts the words that the name contains, one by one or as initials: "RL" is rear and left.
-int common_words(const Words& words, const Words& name) {
+int common_words(const NameWords& words, const NameWords& name) {
   std::string initials;
   for (const std::string& word : words) initials += word[0];
   int common = 0;
@@ -31,9 +38,10 @@ int common_words(const Words& words, const Words& name) {
 
 /// The signal that a binding wants.
 struct Wanted {
-  Words quantity;     ///< words of role and signals
-  Words distinctive;  ///< one must match: the role's first word, or a signal's that the role lacks
-  Words message;
+  NameWords quantity;  ///< words of role and signals
+  NameWords
+      distinctive;  ///< one must match: the role's first word, or a signal's that the role lacks
+  NameWords message;
   Dimension dimension;
 };
 
@@ -50,14 +58,14 @@ Wanted wanted_by(const SignalBinding& binding) {
 }
 
 /// How well a signal fits: its words count most, then its unit, then its message. 0: not at all.
-int fitness(const Wanted& wanted, const Words& message, const Signal& signal) {
+int fitness(const Wanted& wanted, const NameWords& message, const Signal& signal) {
   const auto unit = unit_of_text(signal.unit);
   const bool measures = unit && dimension_of(*unit) == wanted.dimension;
   constexpr int shortest_measurement = 8;  // bits; a flag has fewer, and often no unit
   if (wanted.dimension != Dimension::none && !measures &&
       (unit || is_other_unit(signal.unit) || signal.length < shortest_measurement))
     return 0;
-  const Words name = words_of(signal.name);
+  const NameWords name = words_of(signal.name);
   if (common_words(wanted.distinctive, name) + common_words(wanted.distinctive, message) == 0)
     return 0;
   const int own = common_words(wanted.quantity, name);
@@ -74,7 +82,7 @@ std::string fitting_hint(std::span<const Database> databases, const SignalBindin
   int best = 0;
   for (const Database& database : databases)
     for (const Message& candidate : database.messages) {
-      const Words around = words_of(candidate.name);
+      const NameWords around = words_of(candidate.name);
       for (const Signal& other : candidate.signals) {
         const int fit = fitness(wanted, around, other);
         if (fit <= best) continue;
@@ -122,6 +130,28 @@ std::string list_hint(std::span<const Database> databases) {
 }
 
 }  // namespace
+
+NameWords words_of(std::string_view name) {
+  NameWords words;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!is_letter(name[i])) continue;
+    const bool hump = is_upper(name[i]) && i > 0 &&
+                      (is_lower(name[i - 1]) || (i + 1 < name.size() && is_lower(name[i + 1])));
+    if (i == 0 || !is_letter(name[i - 1]) || hump) words.emplace_back();
+    words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
+  }
+  return words;
+}
+
+bool abbreviates(std::string_view shorter, std::string_view longer) {
+  constexpr std::size_t distinctive = 3;
+  if (shorter.size() < distinctive || shorter.size() > longer.size() || shorter[0] != longer[0])
+    return false;
+  std::size_t at = 0;
+  for (const char c : longer)
+    if (at < shorter.size() && shorter[at] == c) ++at;
+  return at == shorter.size();
+}
 
 std::string message_hint(std::span<const Database> databases, const SignalBinding& binding) {
   std::string hint = likely_message_hint(databases, binding.message);

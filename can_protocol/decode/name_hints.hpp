@@ -1,14 +1,26 @@
-// Hints for error messages: which name was probably meant by one that the databases do not have.
+// Compares names of messages and signals word by word, to find the one that is meant: for
+// proposals, and for hints in error messages about a name that the databases do not have.
 #pragma once
 
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 
 namespace odomd::can {
+
+using NameWords = std::vector<std::string>;
+
+/// The words in lower case: YawRate, YAW_RATE and yaw_rate are yaw and rate. A word begins after
+/// anything but a letter, and at the second capital of "YawRate" or "WheelFL".
+[[nodiscard]] NameWords words_of(std::string_view name);
+
+/// Whether `shorter` is like "whl" for "wheel" or "acc" for "acceleration": at least three letters
+/// of `longer` in their order, the first one included.
+[[nodiscard]] bool abbreviates(std::string_view shorter, std::string_view longer);
 
 /// For a message that no database has: "; the nearest is 'IMU'" if there is a similar name,
 /// otherwise a signal of any message that fits the binding, otherwise how to list the messages.

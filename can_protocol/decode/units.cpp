@@ -5,49 +5,57 @@
 #include <array>
 #include <numbers>
 #include <string>
-#include <utility>
 
 namespace odomd::can {
 namespace {
 
-using Spelling = std::pair<std::string_view, Unit>;
+struct Row {
+  Unit unit;
+  std::string_view name;
+  double si_factor;
+  Dimension dimension;
+  std::string_view spellings;  ///< as normalised() returns them, separated by blanks
+};
 
-// As normalised() returns them: lower case, no blanks, signs or prefixes, symbols for words.
-constexpr std::array spellings{Spelling{"rad", Unit::rad},
-                               Spelling{"deg", Unit::deg},
-                               Spelling{"rad/s", Unit::rad_per_s},
-                               Spelling{"rads-1", Unit::rad_per_s},
-                               Spelling{"deg/s", Unit::deg_per_s},
-                               Spelling{"dps", Unit::deg_per_s},
-                               Spelling{"m/s", Unit::m_per_s},
-                               Spelling{"mps", Unit::m_per_s},
-                               Spelling{"ms-1", Unit::m_per_s},
-                               Spelling{"km/h", Unit::km_per_h},
-                               Spelling{"kph", Unit::km_per_h},
-                               Spelling{"kmh", Unit::km_per_h},
-                               Spelling{"kmph", Unit::km_per_h},
-                               Spelling{"rpm", Unit::rpm},
-                               Spelling{"1/min", Unit::rpm},
-                               Spelling{"min-1", Unit::rpm},
-                               Spelling{"u/min", Unit::rpm},
-                               Spelling{"r/min", Unit::rpm},
-                               Spelling{"erpm", Unit::erpm},
-                               Spelling{"er/min", Unit::erpm},
-                               Spelling{"m/s2", Unit::m_per_s2},
-                               Spelling{"m/s/s", Unit::m_per_s2},
-                               Spelling{"ms-2", Unit::m_per_s2},
-                               Spelling{"mps2", Unit::m_per_s2},
-                               Spelling{"g", Unit::g},
-                               Spelling{"%", Unit::percent}};
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double turns_per_minute = 2.0 * std::numbers::pi / 60.0;
+constexpr double standard_gravity = 9.80665;
 
-// Units that no role accepts, normalised as above.
-constexpr std::array<std::string_view, 51> others{
-    "mph",   "mi/h",  "mile/h", "miles/h", "mm/s",   "cm/s",   "ft/s",   "knots",  "kt",
-    "kts",   "mrad",  "mrad/s", "mdeg",    "mdeg/s", "mdps",   "rad/s2", "deg/s2", "m/s3",
-    "mm/s2", "cm/s2", "ft/s2",  "mg",      "rps",    "r/s",    "1/s",    "hz",     "khz",
-    "m",     "mm",    "cm",     "km",      "s",      "ms",     "min",    "h",      "v",
-    "mv",    "volt",  "volts",  "a",       "ma",     "amps",   "w",      "kw",     "nm",
-    "n",     "kg",    "bar",    "kpa",     "degc",   "celsius"};
+/// In the order of Unit.
+constexpr std::array rows{
+    Row{Unit::none, "1", 1.0, Dimension::none, ""},
+    Row{Unit::rad, "rad", 1.0, Dimension::angle, "rad"},
+    Row{Unit::deg, "deg", degree, Dimension::angle, "deg"},
+    Row{Unit::rad_per_s, "rad/s", 1.0, Dimension::angular_rate, "rad/s rads-1"},
+    Row{Unit::deg_per_s, "deg/s", degree, Dimension::angular_rate, "deg/s dps"},
+    Row{Unit::m_per_s, "m/s", 1.0, Dimension::speed, "m/s mps ms-1"},
+    Row{Unit::km_per_h, "km/h", 1.0 / 3.6, Dimension::speed, "km/h kph kmh kmph"},
+    Row{Unit::rpm, "rpm", turns_per_minute, Dimension::speed, "rpm 1/min min-1 u/min r/min"},
+    Row{Unit::erpm, "erpm", turns_per_minute, Dimension::speed, "erpm er/min"},
+    Row{Unit::m_per_s2, "m/s2", 1.0, Dimension::acceleration, "m/s2 m/s/s ms-2 mps2"},
+    Row{Unit::g, "g", standard_gravity, Dimension::acceleration, "g"},
+    Row{Unit::percent, "%", 0.01, Dimension::none, "%"}};
+
+constexpr const Row& row_of(Unit unit) {
+  return rows[static_cast<std::size_t>(unit)];
+}
+static_assert(std::ranges::all_of(rows, [](const Row& row) { return &row_of(row.unit) == &row; }));
+
+/// Units that no role accepts, normalised as above.
+constexpr std::string_view other_units =
+    "mph mi/h mile/h miles/h mm/s cm/s ft/s knots kt kts mrad mrad/s mdeg mdeg/s mdps rad/s2 "
+    "deg/s2 m/s3 mm/s2 cm/s2 ft/s2 mg rps r/s 1/s hz khz m mm cm km s ms min h v mv volt volts a "
+    "ma amps w kw nm n kg bar kpa degc celsius";
+
+/// Whether the list, whose words blanks separate, has the word.
+bool has_word(std::string_view list, std::string_view word) {
+  for (std::size_t at = 0; !word.empty() && at < list.size();) {
+    const std::size_t end = std::min(list.find(' ', at), list.size());
+    if (list.substr(at, end - at) == word) return true;
+    at = end + 1;
+  }
+  return false;
+}
 
 /// Words and their symbols in the order of replacement: a word that begins another comes later.
 /// Some editors cut words off: "Unit_DegreOfArcPerSecon".
@@ -65,8 +73,8 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
 
 std::string normalised(std::string_view unit) {
   std::string text(unit);
-  for (const std::string_view degree : {"\u00B0", "\u00BA", "\u02DA"})  // °, º, ˚
-    replace_all(text, degree, "deg");
+  for (const std::string_view sign : {"\u00B0", "\u00BA", "\u02DA"})  // °, º, ˚
+    replace_all(text, sign, "deg");
   replace_all(text, "\u00B2", "2");  // ²
   replace_all(text, "\u207B", "-");  // ⁻
   replace_all(text, "\u00B9", "1");  // ¹
@@ -89,68 +97,26 @@ std::string normalised(std::string_view unit) {
 
 std::optional<Unit> unit_of_text(std::string_view text) {
   const std::string wanted = normalised(text);
-  for (const auto& [spelling, unit] : spellings)
-    if (spelling == wanted) return unit;
+  for (const Row& row : rows)
+    if (has_word(row.spellings, wanted)) return row.unit;
   return std::nullopt;
 }
 
 bool is_other_unit(std::string_view text) {
   const std::string other = normalised(text);
-  return other == "%" || std::ranges::find(others, other) != others.end();
+  return other == "%" || has_word(other_units, other);
 }
 
 std::string_view unit_name(Unit unit) noexcept {
-  switch (unit) {
-    case Unit::none:
-      return "1";
-    case Unit::rad:
-      return "rad";
-    case Unit::deg:
-      return "deg";
-    case Unit::rad_per_s:
-      return "rad/s";
-    case Unit::deg_per_s:
-      return "deg/s";
-    case Unit::m_per_s:
-      return "m/s";
-    case Unit::km_per_h:
-      return "km/h";
-    case Unit::rpm:
-      return "rpm";
-    case Unit::erpm:
-      return "erpm";
-    case Unit::m_per_s2:
-      return "m/s2";
-    case Unit::g:
-      return "g";
-    case Unit::percent:
-      return "%";
-  }
-  return "";
+  return row_of(unit).name;
 }
 
 double si_factor(Unit unit) noexcept {
-  switch (unit) {
-    case Unit::deg:
-    case Unit::deg_per_s:
-      return std::numbers::pi / 180.0;
-    case Unit::km_per_h:
-      return 1.0 / 3.6;
-    case Unit::percent:
-      return 0.01;
-    case Unit::rpm:
-    case Unit::erpm:
-      return 2.0 * std::numbers::pi / 60.0;
-    case Unit::g:
-      return 9.80665;  // standard gravity
-    case Unit::none:
-    case Unit::rad:
-    case Unit::rad_per_s:
-    case Unit::m_per_s:
-    case Unit::m_per_s2:
-      return 1.0;
-  }
-  return 1.0;
+  return row_of(unit).si_factor;
+}
+
+Dimension dimension_of(Unit unit) noexcept {
+  return row_of(unit).dimension;
 }
 
 }  // namespace odomd::can

@@ -1,6 +1,7 @@
-// Units of physical values: their spellings in databases, and their factors to SI.
+// Units of physical values: their spellings in databases, their factors to SI and their dimensions.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -29,5 +30,9 @@ namespace odomd::can {
 
 /// The factor from a physical value to SI. rpm is an angular velocity: to rad/s.
 [[nodiscard]] double si_factor(Unit unit) noexcept;
+
+/// The dimension of the quantity in SI: turns per minute give a speed, since they need a radius.
+enum class Dimension : std::uint8_t { none, angle, angular_rate, speed, acceleration };
+[[nodiscard]] Dimension dimension_of(Unit unit) noexcept;
 
 }  // namespace odomd::can

@@ -54,9 +54,10 @@ class Parser {
     return at_ != start;
   }
 
-  bool fail(std::string_view expected) noexcept {
+  bool fail(std::string_view expected) noexcept { return fail(expected, at_); }
+  bool fail(std::string_view expected, std::size_t at) noexcept {
     out_.expected = expected;
-    out_.column = at_ + 1;
+    out_.column = at + 1;
     return false;
   }
 
@@ -86,10 +87,7 @@ class Parser {
     const std::size_t start = at_;
     while (peek() > ' ' && peek() <= '~') ++at_;
     if (at_ == start) return fail("the interface");
-    if (at_ - start > max_interface) {
-      at_ = start;
-      return fail("an interface of at most 63 characters");
-    }
+    if (at_ - start > max_interface) return fail("an interface of at most 63 characters", start);
     out_.interface = line_.substr(start, at_ - start);
     if (!skip_blanks()) return fail("a space and the frame");
     return true;
@@ -101,15 +99,12 @@ class Parser {
     for (; at_ - start < 8 && peek_digit() != no_digit; ++at_) value = value << 4U | peek_digit();
     const std::size_t digits = at_ - start;
     if (digits == 3 && peek() == '#') {
-      if (value > max_standard_id) {
-        at_ = start;
-        return fail("an identifier up to 7FF (an extended one has 8 digits)");
-      }
+      if (value > max_standard_id)
+        return fail("an identifier up to 7FF (an extended one has 8 digits)", start);
     } else if (digits == 8 && peek() == '#') {
-      if (value > (error_flag | id_mask)) {
-        at_ = start;
-        return fail("an identifier up to 1FFFFFFF, or an error frame (20000000 and its class)");
-      }
+      if (value > (error_flag | id_mask))
+        return fail("an identifier up to 1FFFFFFF, or an error frame (20000000 and its class)",
+                    start);
       if ((value & error_flag) != 0)
         out_.frame.kind = FrameKind::error;
       else

@@ -1,7 +1,6 @@
 #include "can_protocol/sources/controller.hpp"
 
 #include <libsocketcan.h>
-#include <linux/can/netlink.h>
 #include <unistd.h>
 #include <csignal>
 #include <ctime>
@@ -22,7 +21,8 @@ constexpr std::array<std::string_view, 11> mode_names{
     "loopback",    "listen_only", "triple_sampling", "one_shot", "bus_error_reporting", "fd",
     "presume_ack", "fd_non_iso",  "cc_len8_dlc",     "tdc_auto", "tdc_manual"};
 
-/// Redirects the C library's `stderr`, a variable in glibc, to /dev/null while this lives.
+/// Redirects the C library's `stderr`, a variable in glibc, to /dev/null for the lifetime of the
+/// object.
 class MuteStandardError {
  public:
   MuteStandardError() : nowhere_(std::fopen("/dev/null", "w")) {
@@ -40,8 +40,8 @@ class MuteStandardError {
   std::unique_ptr<FILE, Close> nowhere_;
 };
 
-/// Repeatedly interrupts system calls of the calling thread while this lives. Without it
-/// libsocketcan would wait for ever when an interface disappears between the look-up of its name
+/// Interrupts system calls of the calling thread repeatedly for the lifetime of the object. Without
+/// it, libsocketcan would wait for ever if an interface disappeared between the look-up of its name
 /// and the query.
 class Impatience {
  public:
@@ -78,16 +78,6 @@ std::optional<Answer> ask(int (*question)(const char*, Answer*), const std::stri
   return answer;
 }
 
-BitTiming from_kernel(const can_bittiming& timing) {
-  return {timing.bitrate,    timing.sample_point, timing.tq,  timing.prop_seg,
-          timing.phase_seg1, timing.phase_seg2,   timing.sjw, timing.brp};
-}
-
-ControllerStatistics from_kernel(const can_device_stats& stats) {
-  return {stats.bus_error, stats.error_warning,    stats.error_passive,
-          stats.bus_off,   stats.arbitration_lost, stats.restarts};
-}
-
 std::vector<std::string_view> modes_in(std::uint32_t flags) {
   std::vector<std::string_view> modes;
   for (std::size_t bit = 0; bit < mode_names.size(); ++bit)
@@ -111,14 +101,12 @@ std::optional<Controller> read_controller(const std::string& interface) {
   controller.health = static_cast<ControllerHealth>(*state);
   controller.restart_ms = ask(can_get_restart_ms, interface);
   if (const auto timing = ask(can_get_bittiming, interface); timing && timing->bitrate != 0)
-    controller.bit_timing = from_kernel(*timing);
+    controller.bit_timing = timing;
   if (const auto clock = ask(can_get_clock, interface); clock && clock->freq != 0)
     controller.clock_hz = clock->freq;
   if (const auto mode = ask(can_get_ctrlmode, interface)) controller.modes = modes_in(mode->flags);
-  if (const auto counters = ask(can_get_berr_counter, interface))
-    controller.errors = ErrorCounters{counters->txerr, counters->rxerr};
-  if (const auto stats = ask(can_get_device_stats, interface))
-    controller.statistics = from_kernel(*stats);
+  controller.errors = ask(can_get_berr_counter, interface);
+  controller.statistics = ask(can_get_device_stats, interface);
   return controller;
 }
 

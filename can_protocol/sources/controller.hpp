@@ -2,6 +2,8 @@
 // kernel (rtnetlink, through libsocketcan); nothing here changes it.
 #pragma once
 
+#include <linux/can/netlink.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,45 +26,18 @@ enum class ControllerHealth : std::uint8_t {
 /// "error_active", ...
 [[nodiscard]] std::string_view name_of(ControllerHealth health) noexcept;
 
-/// The nominal bit timing (for CAN FD: of the arbitration phase). Values that the driver does not
-/// report are 0.
-struct BitTiming {
-  std::uint32_t bitrate = 0;                ///< bit/s
-  std::uint32_t sample_point_permille = 0;  ///< of the bit
-  std::uint32_t time_quantum_ns = 0;
-  std::uint32_t prop_seg = 0;  ///< time quanta, as are the next three
-  std::uint32_t phase_seg1 = 0;
-  std::uint32_t phase_seg2 = 0;
-  std::uint32_t sjw = 0;
-  std::uint32_t brp = 0;  ///< prescaler of the clock
-};
-
-struct ErrorCounters {
-  std::uint32_t transmit = 0;
-  std::uint32_t receive = 0;
-};
-
-/// Counts since the driver was loaded; they wrap.
-struct ControllerStatistics {
-  std::uint32_t bus_errors = 0;
-  std::uint32_t error_warnings =
-      0;  ///< number of times this state was entered, as are the next two
-  std::uint32_t error_passives = 0;
-  std::uint32_t bus_offs = 0;
-  std::uint32_t arbitration_lost = 0;
-  std::uint32_t restarts = 0;
-};
-
 /// Members that the driver does not report are empty.
 struct Controller {
   ControllerHealth health = ControllerHealth::stopped;
-  std::optional<std::uint32_t>
-      restart_ms;                       ///< from bus-off to the restart; 0: no automatic restart
-  std::optional<BitTiming> bit_timing;  ///< empty before a bit rate was set
+  /// From bus-off to the restart; 0: no automatic restart.
+  std::optional<std::uint32_t> restart_ms;
+  /// The nominal bit timing (for CAN FD: of the arbitration phase); empty before a bit rate was
+  /// set. Values that the driver does not report are 0.
+  std::optional<can_bittiming> bit_timing;
   std::optional<std::uint32_t> clock_hz;
   std::vector<std::string_view> modes;  ///< those that are on: "loopback", "listen_only", "fd", ...
-  std::optional<ErrorCounters> errors;
-  std::optional<ControllerStatistics> statistics;
+  std::optional<can_berr_counter> errors;
+  std::optional<can_device_stats> statistics;  ///< since the driver was loaded; the counts wrap
 };
 
 /// Queries the kernel. Empty when the interface has no controller (vcan) or does not exist. Makes

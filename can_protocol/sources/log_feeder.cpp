@@ -14,8 +14,7 @@
 #include <utility>
 
 #include "base/wall_clock.hpp"
-#include "can_protocol/sources/kernel_frame.hpp"
-#include "can_protocol/sources/log_format.hpp"
+#include "can_protocol/sources/frame_receiver.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 
 namespace odomd::can {
@@ -59,7 +58,7 @@ LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock, FrameSe
     : path_(std::move(path)),
       label_(log_label(path_)),
       clock_(clock),
-      file_(open_log(path_, FifoOpening::at_once)),
+      file_(open_log(path_, FifoOpening::non_blocking)),
       stop_(::eventfd(0, EFD_CLOEXEC)),
       pipe_(is_pipe(file_.get())),
       lead_ns_(head_start(pipe_, clock.period_ns())),

@@ -14,8 +14,6 @@
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/arrivals.hpp"
 #include "can_protocol/sources/frame_source.hpp"
-#include "can_protocol/sources/line_buffer.hpp"
-#include "can_protocol/sources/live_stamps.hpp"
 #include "can_protocol/sources/log_lines.hpp"
 #include "can_protocol/sources/log_stamps.hpp"
 #include "can_protocol/sources/source_warnings.hpp"
@@ -27,8 +25,8 @@ namespace odomd::can {
 /// tick is due. A frame whose time has passed (the input is late, or its stamps go backwards) is
 /// released at once; at a gap the thread waits; a stamp of zero means none, and the frame is
 /// released at once with time 0. Error frames are counted, but not delivered. For a live pipe, a
-/// step of the clock behind its stamps is detected and followed (live_stamps.hpp), and so are
-/// lines that come earlier or later relative to their stamps than before (arrivals.hpp).
+/// step of the clock behind its stamps is detected and followed, and so are lines that come earlier
+/// or later relative to their stamps than before (arrivals.hpp).
 ///
 /// Lines, frames and their stamps are judged as MergedLog judges them, so that a replay uses the
 /// same frames; a pipe is not read ahead, though. Lines without a frame are counted as malformed.

@@ -1,10 +1,11 @@
-#include "can_protocol/sources/log_format.hpp"
+// Recognises the files of other tools that are given in place of a candump log.
 
 #include <algorithm>
 #include <array>
 
 #include "base/input_file.hpp"
 #include "can_protocol/sources/candump.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 
 namespace odomd::can {
 namespace {

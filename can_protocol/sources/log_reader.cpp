@@ -11,8 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include "can_protocol/sources/log_format.hpp"
-
 namespace odomd::can {
 namespace {
 
@@ -36,7 +34,7 @@ FileDescriptor open_log(const std::string& path, FifoOpening fifo) {
     if (!standard_input) throw LogError("standard input is closed; pipe a candump log into it");
     return standard_input;
   }
-  const int waiting = fifo == FifoOpening::at_once ? O_NONBLOCK : 0;
+  const int waiting = fifo == FifoOpening::non_blocking ? O_NONBLOCK : 0;
   FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | waiting));
   if (!file)
     throw LogError(path + ": " + reason(errno) + "; name a candump log (candump -L) to read");

@@ -2,21 +2,22 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/frame.hpp"
-#include "can_protocol/sources/line_buffer.hpp"
 #include "can_protocol/sources/log_lines.hpp"
 #include "can_protocol/sources/log_stamps.hpp"
 
 namespace odomd::can {
 
 /// Whether opening a FIFO waits for a writer.
-enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
+enum class FifoOpening : std::uint8_t { wait_for_writer, non_blocking };
 
 /// Opens a log for reading; "-" is standard input. Throws LogError when it is missing, a directory,
 /// not readable, or a file of another format.
@@ -25,6 +26,10 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
+
+/// Describes a file of another tool by its first bytes, and how to convert it to a candump log: "is
+/// a Vector ASC log, not a candump log; ..."; empty for a candump log and for anything unknown.
+[[nodiscard]] std::optional<std::string> describe_foreign_format(std::string_view start);
 
 /// Whether damaged lines are left out, or a log with damaged lines is refused.
 enum class Damage : std::uint8_t { left_out, refused };

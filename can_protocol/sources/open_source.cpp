@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "can_protocol/sources/log_feeder.hpp"
 
@@ -38,15 +39,16 @@ SourceKind source_kind(const std::string& name) {
 }
 
 std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses, LogClock& clock,
-                                         const SourceSettings& settings) {
+                                         SocketCanSettings settings,
+                                         const FrameSelection& selected) {
   if (source_kind(name) != SourceKind::interface)
-    return std::make_unique<LogFeeder>(name, buses, clock, settings.selected);
+    return std::make_unique<LogFeeder>(name, buses, clock, selected);
   const auto bus = buses.index_of(name);
   if (!bus)
     throw std::invalid_argument(name + ": one bus too many; odomd reads at most " +
                                 std::to_string(max_buses));
-  return std::make_unique<SocketCanSource>(
-      name, SocketCanSettings{*bus, settings.keys, settings.stamps, settings.receive_buffer});
+  settings.bus = *bus;
+  return std::make_unique<SocketCanSource>(name, std::move(settings));
 }
 
 }  // namespace odomd::can

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/frame_source.hpp"
@@ -21,19 +20,13 @@ enum class SourceKind : std::uint8_t { standard_input, log, interface };
 /// std::invalid_argument for a name that can be neither.
 [[nodiscard]] SourceKind source_kind(const std::string& name);
 
-struct SourceSettings {
-  FrameSelection selected;  ///< frames to read from logs; empty: all
-  // Only for interfaces.
-  std::vector<std::uint32_t> keys;  ///< identifiers to listen to (frame_key); empty: all
-  StampSource stamps = StampSource::software;
-  int receive_buffer = 1 << 20;
-};
-
 /// Opens a source for the live daemon. `buses` numbers the interface, or the interfaces of the log;
-/// `clock` maps the stamps of logs. Both must outlive the source. Throws as LogFeeder and
+/// `clock` maps the stamps of logs. Both must outlive the source. `settings` are those of an
+/// interface, except for the bus; only `selected` frames of a log are read. Throws as LogFeeder and
 /// SocketCanSource do, and std::invalid_argument at one bus too many.
 [[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,
                                                        LogClock& clock,
-                                                       const SourceSettings& settings);
+                                                       SocketCanSettings settings = {},
+                                                       const FrameSelection& selected = {});
 
 }  // namespace odomd::can

@@ -13,8 +13,6 @@
 #include <system_error>
 #include <utility>
 
-#include "can_protocol/sources/kernel_frame.hpp"
-
 namespace odomd::can {
 namespace {
 

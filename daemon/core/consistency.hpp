@@ -30,7 +30,7 @@ class Consistency {
 
   /// Call once per tick. `explained`: another fault is known that disturbs the filter, so this
   /// source is not to be reported.
-  void look(std::int64_t now_ns, bool explained) noexcept {
+  void update(std::int64_t now_ns, bool explained) noexcept {
     if (now_ns - time_ns_ > silent_ns) mean_ = 1.0;
     if (explained || mean_ < large) large_s_ = 0.0;
     if (explained || mean_ < small) inconsistent_ = false;

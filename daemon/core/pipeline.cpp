@@ -17,6 +17,10 @@ constexpr auto camera = static_cast<std::size_t>(Source::camera);
 // How long the reset of a non-finite state is published, so that no reader misses it.
 constexpr std::int64_t recovery_shown_ns = 1'000'000'000;
 
+/// 95 % quantiles of χ² with 1, 2, 3 degrees of freedom.
+constexpr std::array<double, 3> chi_squared_95{3.841458820694124, 5.991464547107979,
+                                               7.814727903251179};
+
 estimator::Filter initial_filter(const Config& config, bool camera_expected) {
   require_roles(config);
   estimator::FilterSettings settings = filter_settings(config);
@@ -101,7 +105,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
     }
     // Wiring needs samples that no car can produce, too: steering in degrees looks impossible.
     if (refused.value_or(Verdict::gated) == Verdict::gated)
-      state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
+      state_.wiring.add_sample(measurement.source, measurement.time_ns, measurement.value);
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
     statistics_.sources[sample.channel].last_time_ns.set(sample.time_ns);
@@ -121,7 +125,8 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   const std::optional<Verdict> verdict = add(state_.filter, pose);
   if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
-  if (estimator::is_possible(estimator::Pose2{pose.x, pose.y, pose.yaw})) state_.wiring.hear(pose);
+  if (estimator::is_possible(estimator::Pose2{pose.x, pose.y, pose.yaw}))
+    state_.wiring.add_pose(pose);
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   SourceStatistics& statistics = statistics_.sources[camera];
   statistics.last_time_ns.set(reference.capture_ns);
@@ -206,9 +211,9 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   state_.recoveries = estimate.recoveries;
 
   state_.watch.settle(tick_ns);
-  state_.wiring.look(tick_ns);
+  state_.wiring.update(tick_ns);
   const bool explained = state_.wiring.any_fault() || estimate.doubtful;
-  for (Consistency& source : state_.consistency) source.look(tick_ns, explained);
+  for (Consistency& source : state_.consistency) source.update(tick_ns, explained);
   fill_record(estimate, state_.record);
   odom_pose& pose = state_.record.pose;
   pose.tick = number;
@@ -236,6 +241,35 @@ void Pipeline::restore(const PipelineState& state,
                        std::span<const can::ProtectionState> protections) noexcept {
   state_ = state;
   std::ranges::copy(protections, decoder_.protections().begin());
+}
+
+// Statistics
+
+void InnovationStatistics::take(const estimator::Judgement& judgement) noexcept {
+  if (judgement.degrees < 1 || judgement.degrees > 3) return;
+  dimension = static_cast<std::uint64_t>(judgement.degrees);
+  test_ratio = judgement.test_ratio;
+  std::copy_n(judgement.innovation.begin(), dimension, innovation.begin());
+  // A non-finite value would make the sum useless.
+  if (!std::isfinite(judgement.squared_ratio)) return;
+  nis_sum += judgement.squared_ratio;
+  if (judgement.squared_ratio <= chi_squared_95[dimension - 1]) ++below_95;
+  if (judgement.verdict == estimator::Verdict::gated) ++gated;
+  ++count;
+}
+
+double InnovationStatistics::mean_nis() const noexcept {
+  return count == 0 ? 0.0 : nis_sum / static_cast<double>(count);
+}
+
+double InnovationStatistics::inside_95() const noexcept {
+  return count == 0 ? 0.0 : static_cast<double>(below_95) / static_cast<double>(count);
+}
+
+std::uint64_t SourceStatistics::judged() const noexcept {
+  std::uint64_t sum = 0;
+  for (const Counter& verdict : verdicts) sum += verdict.get();
+  return sum;
 }
 
 }  // namespace odomd::daemon

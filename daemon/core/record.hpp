@@ -67,7 +67,7 @@ void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexce
 inline constexpr std::int64_t inheritance_ns = 2'000'000'000;
 
 /// The age of the pose; empty when it is too old, in the future, or not usable.
-[[nodiscard]] constexpr std::optional<std::int64_t> age_to_go_on_from(
+[[nodiscard]] constexpr std::optional<std::int64_t> resumable_pose_age(
     const odom_pose& pose, std::int64_t now_ns) noexcept {
   if (pose.mode == ODOM_INITIALISING || pose.mode == ODOM_FAULT) return std::nullopt;
   // Compared before the subtraction, because a file may contain any number.

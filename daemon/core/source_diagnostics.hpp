@@ -16,25 +16,21 @@ namespace odomd::daemon {
 /// source: "yaw_rate (IMU)".
 [[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(
     estimator::SourceFlag flag, std::string label) {
-  using diagnostics::found, diagnostics::kind, estimator::SourceFlag;
-  switch (flag) {
-    case SourceFlag::out_of_range:
-      return found(kind("out_of_range"), std::move(label), "out of range for a car");
-    case SourceFlag::non_finite:
-      return found(kind("not_a_number"), std::move(label), "NaN or infinite");
-    case SourceFlag::frozen:
-      return found(kind("frozen"), std::move(label),
-                   "frozen: it repeats one value while the car moves");
-    case SourceFlag::drifting:
-      return found(kind("contradicts_others"), std::move(label), "contradicts the other sensors");
-    case SourceFlag::failed_protection:
-      return found(kind("protection_failed"), std::move(label), "fails its end-to-end protection");
-    case SourceFlag::ok:
-    case SourceFlag::slipping:
-    case SourceFlag::timed_out:
-    case SourceFlag::count:
-      break;
-  }
+  using diagnostics::kind, estimator::SourceFlag;
+  struct Row {
+    SourceFlag flag;
+    const diagnostics::Kind& kind;
+    std::string_view seen;
+  };
+  static constexpr Row rows[]{
+      {SourceFlag::out_of_range, kind("out_of_range"), "out of range for a car"},
+      {SourceFlag::non_finite, kind("not_a_number"), "NaN or infinite"},
+      {SourceFlag::frozen, kind("frozen"), "frozen: it repeats one value while the car moves"},
+      {SourceFlag::drifting, kind("contradicts_others"), "contradicts the other sensors"},
+      {SourceFlag::failed_protection, kind("protection_failed"),
+       "fails its end-to-end protection"}};
+  for (const Row& row : rows)
+    if (row.flag == flag) return found(row.kind, std::move(label), std::string{row.seen});
   return std::nullopt;
 }
 
@@ -56,33 +52,30 @@ namespace odomd::daemon {
 [[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(WiringFault fault,
                                                                           std::string_view source,
                                                                           std::string label) {
-  using diagnostics::found, diagnostics::kind;
-  const bool is_camera = source == "camera";
-  const std::string key = "can.signals." + std::string{source};
-  switch (fault) {
-    case WiringFault::sign:
-      return found(is_camera ? kind("camera_mirrored") : kind("wrong_sign"), std::move(label),
-                   "the sign is wrong compared with the other sensors", key);
-    case WiringFault::left_right_swapped:
-      return found(kind("left_right_swapped"), std::move(label),
-                   "the left and right wheels are swapped, according to the other sensors", key);
-    case WiringFault::front_rear_swapped:
-      return found(kind("front_rear_swapped"), std::move(label),
-                   "the wheels of the front and rear axles are swapped: in turns the front wheels "
-                   "must travel further",
-                   key);
-    case WiringFault::axes_swapped:
-      return found(kind("axes_swapped"), std::move(label),
-                   "the axes of the accelerometer are swapped: it shows lateral acceleration when "
-                   "the car speeds up",
-                   key);
-    case WiringFault::unit:
-      return found(is_camera ? kind("camera_wrong_unit") : kind("wrong_unit"), std::move(label),
-                   "is in another unit, according to the other sensors", key);
-    case WiringFault::none:
-    case WiringFault::count:
-      break;
-  }
+  using diagnostics::kind;
+  struct Row {
+    WiringFault fault;
+    const diagnostics::Kind& kind;
+    const diagnostics::Kind& camera;
+    std::string_view seen;
+  };
+  static constexpr Row rows[]{
+      {WiringFault::sign, kind("wrong_sign"), kind("camera_mirrored"),
+       "the sign is wrong compared with the other sensors"},
+      {WiringFault::left_right_swapped, kind("left_right_swapped"), kind("left_right_swapped"),
+       "the left and right wheels are swapped, according to the other sensors"},
+      {WiringFault::front_rear_swapped, kind("front_rear_swapped"), kind("front_rear_swapped"),
+       "the wheels of the front and rear axles are swapped: in turns the front wheels must travel "
+       "further"},
+      {WiringFault::axes_swapped, kind("axes_swapped"), kind("axes_swapped"),
+       "the axes of the accelerometer are swapped: it shows lateral acceleration when the car "
+       "speeds up"},
+      {WiringFault::unit, kind("wrong_unit"), kind("camera_wrong_unit"),
+       "is in another unit, according to the other sensors"}};
+  for (const Row& row : rows)
+    if (row.fault == fault)
+      return found(source == "camera" ? row.camera : row.kind, std::move(label),
+                   std::string{row.seen}, "can.signals." + std::string{source});
   return std::nullopt;
 }
 

@@ -81,7 +81,7 @@ Wiring::Piece* Wiring::piece_at(std::int64_t time_ns) noexcept {
   return &open_[static_cast<std::size_t>(number) % open_pieces];
 }
 
-void Wiring::hear(Source source, std::int64_t time_ns, double value) noexcept {
+void Wiring::add_sample(Source source, std::int64_t time_ns, double value) noexcept {
   Piece* const piece = piece_at(time_ns);
   if (piece == nullptr || !std::isfinite(value)) return;
   const double phase =
@@ -90,7 +90,7 @@ void Wiring::hear(Source source, std::int64_t time_ns, double value) noexcept {
   piece->falling[index_of(source)].add(value, 1.0 - phase);
 }
 
-void Wiring::hear(const estimator::CameraPose& pose) noexcept {
+void Wiring::add_pose(const estimator::CameraPose& pose) noexcept {
   Piece* const piece = piece_at(pose.capture_ns);
   if (piece == nullptr) return;
   // Averages the heading relative to the first one, so that a wrap of 2π does not matter.
@@ -102,7 +102,7 @@ void Wiring::hear(const estimator::CameraPose& pose) noexcept {
   piece->pose[2] += part * std::remainder(pose.yaw - piece->pose[2], 2.0 * std::numbers::pi);
 }
 
-void Wiring::look(std::int64_t now_ns) noexcept {
+void Wiring::update(std::int64_t now_ns) noexcept {
   if (first_open_ == 0) return;
   // A sample may be half a second late.
   const std::int64_t last = now_ns / piece_ns - 2;
@@ -195,7 +195,8 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   q[axle_gap] = front / rear - 1.0;
   const double bend = l * q[turn_gyro] / v;
   q[axle_bend] = 0.5 * bend * bend;
-  // In a violent piece tyres slip, and drivers countersteer for longer than the slide is visible.
+  // In a piece with high accelerations the tyres slip, and drivers countersteer for longer than the
+  // slide is visible.
   const auto violent = [&](Quantity of) {
     return std::abs(q[of]) > gentle_ && std::abs(q[of]) < impossible;
   };

@@ -40,10 +40,11 @@ class Wiring {
 
   /// Takes a sample as received, in SI units and the car's axes, in or out of range, and in any
   /// order within a second.
-  void hear(estimator::Source source, std::int64_t time_ns, double value) noexcept;
-  void hear(const estimator::CameraPose& pose) noexcept;
+  void add_sample(estimator::Source source, std::int64_t time_ns, double value) noexcept;
+  void add_pose(const estimator::CameraPose& pose) noexcept;
+
   /// Call once per tick.
-  void look(std::int64_t now_ns) noexcept;
+  void update(std::int64_t now_ns) noexcept;
 
   [[nodiscard]] WiringFault fault(std::size_t source) const noexcept { return faults_[source]; }
   /// Whether any source has a fault.

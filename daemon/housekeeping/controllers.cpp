@@ -92,10 +92,10 @@ std::optional<ControllerReport> report_change(can::ControllerHealth& reported,
   if (now == error_active)
     return ControllerReport{Severity::info,
                             fmt::format("{}: the controller is error-active again", interface)};
-  const std::string errors =
-      controller.errors ? fmt::format(" (error counters: transmit {}, receive {})",
-                                      controller.errors->transmit, controller.errors->receive)
-                        : "";
+  const std::string errors = controller.errors
+                                 ? fmt::format(" (error counters: transmit {}, receive {})",
+                                               controller.errors->txerr, controller.errors->rxerr)
+                                 : "";
   return ControllerReport{
       Severity::warning,
       fmt::format("{}: error-passive: the controller sees too many errors{}; check bit rate, "

@@ -41,7 +41,7 @@ double seconds(std::int64_t ns) {
 
 Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                            std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
-                           std::optional<RecorderDoor> recorders, AtEnd at_end)
+                           std::optional<RecorderServer> recorders, AtEnd at_end)
     : running_(running),
       journal_(journal),
       sources_(running),
@@ -74,9 +74,9 @@ void Housekeeping::run() {
     report_events();
     const PublishedPose seen = published();
     if (seen.valid) report_mode(seen.pose, now_ns);
-    sources_.look(seen, now_ns, journal_);
-    look_at_files(now_ns);
-    look_at_end(now_ns);
+    sources_.update(seen, now_ns, journal_);
+    check_files(now_ns);
+    check_end(now_ns);
     notify_service_manager(now_ns);
   }
   ::sd_notify(0, "STOPPING=1");
@@ -109,14 +109,14 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
       continue;
     }
     const auto admission = running_.cameras.admit(std::move(connection), peer, now_ns);
-    if (admission == CameraDoor::Admission::refused)
+    if (admission == CameraServer::Admission::refused)
       journal_.warn_counted(fmt::format(
           "a camera process (pid {}) was refused: {} are already connected; stop one of them",
-          peer.pid, CameraDoor::max_connections));
+          peer.pid, CameraServer::max_connections));
     else
       journal_.info_counted(
           fmt::format("a camera process connected (pid {}, uid {}){}", peer.pid, peer.uid,
-                      admission == CameraDoor::Admission::free_slot
+                      admission == CameraServer::Admission::free_slot
                           ? ""
                           : " in place of one that sent no valid pose for 2 s: all were taken"));
   }
@@ -182,16 +182,16 @@ void Housekeeping::report_mode(const odom_pose& pose, std::int64_t now_ns) {
   mode_logged_ns_ = now_ns;
 }
 
-void Housekeeping::look_at_files(std::int64_t now_ns) {
+void Housekeeping::check_files(std::int64_t now_ns) {
   if (now_ns - files_seen_ns_ < files_every_ns) return;
   files_seen_ns_ = now_ns;
-  look_at_segment();
-  if (camera_) look_at_socket(*camera_);
-  if (status_) look_at_socket(*status_);
-  if (recorders_) look_at_socket(recorders_->socket());
+  check_segment();
+  if (camera_) check_socket(*camera_);
+  if (status_) check_socket(*status_);
+  if (recorders_) check_socket(recorders_->socket());
 }
 
-void Housekeeping::look_at_socket(LocalSocket& socket) {
+void Housekeeping::check_socket(LocalSocket& socket) {
   try {
     if (socket.renew())
       journal_.warn(
@@ -204,18 +204,18 @@ void Housekeeping::look_at_socket(LocalSocket& socket) {
   }
 }
 
-void Housekeeping::look_at_segment() {
+void Housekeeping::check_segment() {
   const std::string& name = running_.config.shm.name;
   try {
-    switch (running_.writer.look_after()) {
-      case shm::Upkeep::stands:
+    switch (running_.writer.maintain()) {
+      case shm::Upkeep::unchanged:
         break;
       case shm::Upkeep::lock_renewed:
         journal_.warn(fmt::format(
             "{}.lock was removed while odomd was running; it has been recreated: leave it in place",
             name));
         break;
-      case shm::Upkeep::made_again:
+      case shm::Upkeep::recreated:
         journal_.warn(
             fmt::format("{}: the segment was removed or replaced while odomd was running; it has "
                         "been recreated, and readers switch to the new one: leave it in place",
@@ -230,7 +230,7 @@ void Housekeeping::look_at_segment() {
   }
 }
 
-void Housekeeping::look_at_end(std::int64_t now_ns) {
+void Housekeeping::check_end(std::int64_t now_ns) {
   if (!inputs_ended(running_)) {
     ended_ns_ = 0;
   } else if (ended_ns_ == 0) {

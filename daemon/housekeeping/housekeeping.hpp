@@ -16,7 +16,7 @@
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/sockets/local_socket.hpp"
-#include "daemon/sockets/recorder_door.hpp"
+#include "daemon/sockets/recorder_server.hpp"
 
 namespace odomd::daemon {
 
@@ -28,7 +28,7 @@ class Housekeeping {
   /// `signals` is a signalfd of TERM, INT and HUP.
   Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
-               std::optional<RecorderDoor> recorders, AtEnd at_end);
+               std::optional<RecorderServer> recorders, AtEnd at_end);
 
   /// Returns when the daemon is to stop. Throws when it must not continue because another daemon
   /// publishes under its name.
@@ -41,10 +41,10 @@ class Housekeeping {
   void report_events();
   void report(const Event& event);
   void report_mode(const odom_pose& pose, std::int64_t now_ns);
-  void look_at_files(std::int64_t now_ns);
-  void look_at_segment();
-  void look_at_socket(LocalSocket& socket);
-  void look_at_end(std::int64_t now_ns);
+  void check_files(std::int64_t now_ns);
+  void check_segment();
+  void check_socket(LocalSocket& socket);
+  void check_end(std::int64_t now_ns);
   void notify_service_manager(std::int64_t now_ns);
   [[nodiscard]] PublishedPose published();
 
@@ -59,7 +59,7 @@ class Housekeeping {
   FileDescriptor signals_;
   std::optional<LocalSocket> camera_;
   std::optional<LocalSocket> status_;
-  std::optional<RecorderDoor> recorders_;
+  std::optional<RecorderServer> recorders_;
   gid_t camera_group_ = 0;
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes

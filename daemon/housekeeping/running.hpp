@@ -13,8 +13,8 @@
 #include "daemon/housekeeping/controllers.hpp"
 #include "daemon/journal/event.hpp"
 #include "daemon/realtime/beat.hpp"
-#include "daemon/realtime/realtime.hpp"
-#include "daemon/sockets/camera_door.hpp"
+#include "daemon/realtime/privileges.hpp"
+#include "daemon/sockets/camera_server.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
@@ -31,7 +31,7 @@ struct Running {
   const can::LogClock& log_clock;
   const Pipeline& pipeline;
   shm::Writer& writer;
-  CameraDoor& cameras;
+  CameraServer& cameras;
   EventRing& events;
   Beat& beat;
   ControllerWatch& controllers;

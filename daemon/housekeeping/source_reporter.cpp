@@ -17,16 +17,16 @@ using can::LinkState;
 SourceReporter::SourceReporter(const Running& running)
     : running_(running), buses_(running.sources.size()) {}
 
-void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
-  look_at_links(now_ns, journal);
-  look_at_camera_times(journal);
-  look_at_wiring(journal);
+void SourceReporter::update(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
+  check_links(now_ns, journal);
+  check_camera_times(journal);
+  check_wiring(journal);
   if (!published.valid) return;
-  look_at_learning(published.pose, journal);
-  look_at_signals(published, now_ns, journal);
+  check_learning(published.pose, journal);
+  check_signals(published, now_ns, journal);
 }
 
-void SourceReporter::look_at_camera_times(Journal& journal) {
+void SourceReporter::check_camera_times(Journal& journal) {
   const auto& camera =
       running_.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
   const std::uint64_t all = camera.judged();
@@ -46,7 +46,7 @@ void SourceReporter::look_at_camera_times(Journal& journal) {
   camera_ = {all, future, all_future};
 }
 
-void SourceReporter::look_at_wiring(Journal& journal) {
+void SourceReporter::check_wiring(Journal& journal) {
   for (std::size_t i = 0; i < wiring_.size(); ++i) {
     const SourceStatistics& source = running_.pipeline.statistics().sources[i];
     const std::string_view name = estimator::source_names[i];
@@ -64,7 +64,7 @@ void SourceReporter::look_at_wiring(Journal& journal) {
   }
 }
 
-void SourceReporter::look_at_learning(const odom_pose& pose, Journal& journal) {
+void SourceReporter::check_learning(const odom_pose& pose, Journal& journal) {
   const auto report = [&](bool is, bool& was, const diagnostics::Diagnostic& warning,
                           const char* over) {
     if (is != was) is ? journal.warn(text_of(warning)) : journal.info(over);
@@ -78,7 +78,7 @@ void SourceReporter::look_at_learning(const odom_pose& pose, Journal& journal) {
          implausible_scale(), "the learnt scales are plausible again");
 }
 
-void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
+void SourceReporter::check_links(std::int64_t now_ns, Journal& journal) {
   for (std::size_t i = 0; i < buses_.size(); ++i) {
     const can::FrameSource& source = *running_.sources[i];
     Bus& bus = buses_[i];
@@ -119,11 +119,11 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
     const std::vector<std::string> warnings = source.warnings();
     for (; bus.warnings_logged < warnings.size(); ++bus.warnings_logged)
       journal.warn(warnings[bus.warnings_logged]);
-    look_at_controller(i, now_ns, journal);
+    check_controller(i, now_ns, journal);
   }
 }
 
-void SourceReporter::look_at_controller(std::size_t index, std::int64_t now_ns, Journal& journal) {
+void SourceReporter::check_controller(std::size_t index, std::int64_t now_ns, Journal& journal) {
   constexpr std::int64_t second_ns = 1'000'000'000;  // the longest time to the next query
   const can::FrameSource& source = *running_.sources[index];
   const auto controller = running_.controllers.latest(index);
@@ -151,8 +151,8 @@ void SourceReporter::look_at_controller(std::size_t index, std::int64_t now_ns, 
   bus.bus_offs = bus_offs;
 }
 
-void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_t now_ns,
-                                     Journal& journal) {
+void SourceReporter::check_signals(const PublishedPose& published, std::int64_t now_ns,
+                                   Journal& journal) {
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     if (!running_.config.can.signals[i].configured) continue;
     Signal& signal = signals_[i];

@@ -20,15 +20,15 @@ class SourceReporter {
  public:
   explicit SourceReporter(const Running& running);
 
-  void look(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
+  void update(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
 
  private:
-  void look_at_links(std::int64_t now_ns, Journal& journal);
-  void look_at_controller(std::size_t index, std::int64_t now_ns, Journal& journal);
-  void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
-  void look_at_camera_times(Journal& journal);
-  void look_at_wiring(Journal& journal);
-  void look_at_learning(const odom_pose& pose, Journal& journal);
+  void check_links(std::int64_t now_ns, Journal& journal);
+  void check_controller(std::size_t index, std::int64_t now_ns, Journal& journal);
+  void check_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
+  void check_camera_times(Journal& journal);
+  void check_wiring(Journal& journal);
+  void check_learning(const odom_pose& pose, Journal& journal);
 
   /// A signal that was never received is reported after this time.
   static constexpr std::int64_t first_sample_timeout_ns = 2'000'000'000;

@@ -105,14 +105,14 @@ Json beat_json(const Running& running, std::int64_t now_ns) {
           {"execution_us", histogram_json(beat.execution, beat.max_execution_ns)}};
 }
 
-Json bit_timing_json(const std::optional<can::BitTiming>& timing) {
+Json bit_timing_json(const std::optional<can_bittiming>& timing) {
   if (!timing) return {};
   // Drivers of adapters with their own firmware may only know the bit rate.
-  const bool divided = timing->time_quantum_ns != 0;
+  const bool divided = timing->tq != 0;
   const auto part = [divided](auto value) { return divided ? Json(value) : Json(); };
   return {{"bitrate", timing->bitrate},
-          {"sample_point", part(timing->sample_point_permille / 1000.0)},
-          {"tq_ns", part(timing->time_quantum_ns)},
+          {"sample_point", part(timing->sample_point / 1000.0)},
+          {"tq_ns", part(timing->tq)},
           {"prop_seg", part(timing->prop_seg)},
           {"phase_seg1", part(timing->phase_seg1)},
           {"phase_seg2", part(timing->phase_seg2)},
@@ -129,18 +129,18 @@ Json controller_json(const std::optional<can::Controller>& controller) {
   };
   const auto& errors = controller->errors;
   const auto& statistics = controller->statistics;
-  using Statistics = can::ControllerStatistics;
+  using Statistics = can_device_stats;
   return {{"state", can::name_of(controller->health)},
           {"restart_ms", or_null(controller->restart_ms)},
           {"bit_timing", bit_timing_json(controller->bit_timing)},
           {"clock_hz", or_null(controller->clock_hz)},
           {"modes", controller->modes},
-          {"tx_errors", part(errors, &can::ErrorCounters::transmit)},
-          {"rx_errors", part(errors, &can::ErrorCounters::receive)},
-          {"bus_errors", part(statistics, &Statistics::bus_errors)},
-          {"error_warnings", part(statistics, &Statistics::error_warnings)},
-          {"error_passives", part(statistics, &Statistics::error_passives)},
-          {"bus_offs", part(statistics, &Statistics::bus_offs)},
+          {"tx_errors", part(errors, &can_berr_counter::txerr)},
+          {"rx_errors", part(errors, &can_berr_counter::rxerr)},
+          {"bus_errors", part(statistics, &Statistics::bus_error)},
+          {"error_warnings", part(statistics, &Statistics::error_warning)},
+          {"error_passives", part(statistics, &Statistics::error_passive)},
+          {"bus_offs", part(statistics, &Statistics::bus_off)},
           {"arbitration_lost", part(statistics, &Statistics::arbitration_lost)},
           {"restarts", part(statistics, &Statistics::restarts)}};
 }

@@ -5,6 +5,7 @@
 #include <syslog.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
@@ -25,26 +26,13 @@ class SyslogLevel final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
               spdlog::memory_buf_t& line) override {
-    fmt::format_to(std::back_inserter(line), "<{}>", number(message.level));
+    // In the order of spdlog's levels, from trace to critical.
+    static constexpr std::array priorities{LOG_DEBUG,   LOG_DEBUG, LOG_INFO,
+                                           LOG_WARNING, LOG_ERR,   LOG_CRIT};
+    fmt::format_to(std::back_inserter(line), "<{}>", priorities.at(message.level));
   }
   [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
     return std::make_unique<SyslogLevel>();
-  }
-
- private:
-  static int number(spdlog::level::level_enum level) {
-    switch (level) {
-      case spdlog::level::critical:
-        return LOG_CRIT;
-      case spdlog::level::err:
-        return LOG_ERR;
-      case spdlog::level::warn:
-        return LOG_WARNING;
-      case spdlog::level::info:
-        return LOG_INFO;
-      default:
-        return LOG_DEBUG;
-    }
   }
 };
 

@@ -21,7 +21,7 @@
 #include "daemon/realtime/relay.hpp"
 #include "daemon/realtime/surroundings.hpp"
 #include "daemon/realtime/tick_grid.hpp"
-#include "daemon/sockets/camera_door.hpp"
+#include "daemon/sockets/camera_server.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
@@ -33,7 +33,7 @@ class RecordingTap;
 struct BeatParts {
   std::span<const std::unique_ptr<can::FrameSource>> sources;
   const can::LogClock& log_clock;
-  CameraDoor& cameras;
+  CameraServer& cameras;
   Pipeline& pipeline;
   shm::Writer& writer;
   Relay& relay;
@@ -80,7 +80,7 @@ class Beat {
   std::atomic<bool> stop_{false};
   BeatCounters counters_;
   std::array<can::Frame, can::max_frames_per_drain> frames_{};
-  std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
+  std::array<estimator::CameraPose, CameraServer::max_poses> poses_{};
 };
 
 }  // namespace odomd::daemon

@@ -7,7 +7,7 @@
 #include <functional>
 #include <thread>
 
-#include "daemon/realtime/realtime.hpp"
+#include "daemon/realtime/privileges.hpp"
 
 namespace odomd::daemon {
 

@@ -11,7 +11,7 @@ TEST(Printable, KeepsTextAsItIs) {
   EXPECT_EQ(escaped(""), "");
 }
 
-TEST(Printable, SpellsOutWhatATerminalObeys) {
+TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(escaped("a\x1b[2J\r\b\x7f"), "a\\u001b[2J\\u000d\\u0008\\u007f");
   EXPECT_EQ(escaped(std::string("\0", 1)), "\\u0000");
   EXPECT_EQ(escaped("one\ntwo\tthree"), "one\\ntwo\\tthree");
@@ -22,7 +22,7 @@ TEST(Printable, SpellsOutWhatATerminalObeys) {
             "a\\u202eb");
 }
 
-TEST(Printable, SpellsOutBytesThatAreNoUtf8) {
+TEST(Printable, EscapesInvalidUtf8) {
   EXPECT_EQ(escaped("\x9b"
                     "a"),
             "\\x9ba");

@@ -28,7 +28,7 @@ void expect_time(const WallClock& clock, std::int64_t stamp, std::int64_t now, s
   EXPECT_NEAR(static_cast<double>(*converted - time), 0.0, tolerance_ns);
 }
 
-TEST(WallClock, ConvertsAStampToTheNanosecondOnceReadingsAreMany) {
+TEST(WallClock, ConvertsToTheNanosecondAfterManyReadings) {
   const Machine machine;
   WallClock clock;
   for (std::int64_t tick = 0; tick < 1000; ++tick)
@@ -39,7 +39,7 @@ TEST(WallClock, ConvertsAStampToTheNanosecondOnceReadingsAreMany) {
   EXPECT_NEAR(static_cast<double>(clock.offset_ns() - machine.wall_offset), 0.0, 50.0);
 }
 
-TEST(WallClock, IsNotMovedByAReadingThatWasInterrupted) {
+TEST(WallClock, IgnoresAnInterruptedReading) {
   const Machine machine;
   WallClock clock;
   clock.update(machine.read(100 * s, 10));
@@ -48,7 +48,7 @@ TEST(WallClock, IsNotMovedByAReadingThatWasInterrupted) {
   EXPECT_EQ(clock.offset_ns(), before);
 }
 
-TEST(WallClock, ConvertsEachStampByTheOffsetOfItsTime) {
+TEST(WallClock, ConvertsEachStampWithTheOffsetOfItsTime) {
   for (const std::int64_t step : {-3600 * s, -10 * s, -20 * ms, 20 * ms, 10 * s, 3600 * s,
                                   3650 * 86400 * s, -1'700'000'000 * s}) {
     SCOPED_TRACE(step);
@@ -73,7 +73,7 @@ TEST(WallClock, ConvertsEachStampByTheOffsetOfItsTime) {
   }
 }
 
-TEST(WallClock, SeesEvenASmallStep) {
+TEST(WallClock, DetectsASmallStep) {
   Machine machine;
   WallClock clock;
   clock.update(machine.read(100 * s));
@@ -82,7 +82,7 @@ TEST(WallClock, SeesEvenASmallStep) {
   EXPECT_EQ(clock.update(machine.read(100 * s + 10 * ms)), ClockEvent::none);
 }
 
-TEST(WallClock, KeepsUpWithAClockThatIsSetAgainAndAgain) {
+TEST(WallClock, FollowsRepeatedSteps) {
   Machine machine;
   WallClock clock;
   clock.update(machine.read(100 * s));

@@ -32,7 +32,7 @@ class Desk {
 
   /// The status document from the status socket; null if there is none.
   [[nodiscard]] nlohmann::json status() const;
-  /// Waits for a status that fits and returns it; the test fails if none comes.
+  /// Waits for a status that satisfies the condition and returns it; otherwise the test fails.
   nlohmann::json await_status(const std::function<bool(nlohmann::json&)>& fits = [](auto&) {
     return true;
   }) const;
@@ -60,11 +60,11 @@ using Camera = std::unique_ptr<odom_camera, Close>;
 
 /// Waits up to a second for the next pose.
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose);
-/// Waits for a pose that fits.
+/// Waits for a pose that satisfies the condition.
 [[nodiscard]] bool next_pose(const Client& client, odom_pose& pose,
                              const std::function<bool(const odom_pose&)>& fits);
 
-/// Waits for a pose that fits and returns it; the test fails if none comes.
+/// Waits for a pose that satisfies the condition and returns it; otherwise the test fails.
 odom_pose await_pose(
     const Client& client,
     const std::function<bool(const odom_pose&)>& fits = [](const odom_pose&) { return true; });

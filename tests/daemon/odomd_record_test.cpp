@@ -74,7 +74,7 @@ TEST_F(OdomdRecord, ReplaysADriveBitIdentically) {
   expect_bit_identical("drive");
 }
 
-TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
+TEST_F(OdomdRecord, StartsDuringADriveAndStopsOnSigint) {
   desk_.write("drive.log", straight_drive(30.0, 1.5));
   DaemonProcess odomd(desk_, {"--can", desk_.file("drive.log"), "--model", "kinematic"});
   desk_.await_status([](auto& now) { return now["beat"]["ticks"] > 200; });
@@ -114,7 +114,7 @@ TEST_F(OdomdRecord, ContinuesInAnotherFolderAfterARestartOfTheDaemon) {
   expect_bit_identical("drive-2");
 }
 
-TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
+TEST_F(OdomdRecord, ReportsTheEndToARecorderThatFallsBehind) {
   // 24,000 frames/s fill the rings in less than 2 s; then the recording ends with the last complete
   // tick. The log is long enough for a recorder that starts late.
   std::string log;
@@ -140,7 +140,7 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
   expect_bit_identical("drive-2");
 }
 
-TEST_F(OdomdRecord, WhoMayReadThePoseMayRecord) {
+TEST_F(OdomdRecord, SocketHasThePermissionsOfThePose) {
   desk_.write("car.toml", desk_.read("car.toml") + "mode = 0o640\n");
   DaemonProcess odomd(desk_, {});
   desk_.await_status();
@@ -152,7 +152,7 @@ TEST_F(OdomdRecord, WhoMayReadThePoseMayRecord) {
   EXPECT_FALSE(std::filesystem::exists(desk_.file("record.sock")));
 }
 
-TEST_F(OdomdRecord, OneAtATime) {
+TEST_F(OdomdRecord, RefusesASecondRecorder) {
   DaemonProcess odomd(desk_, {});
   RecorderProcess recorder(desk_);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");

@@ -74,7 +74,7 @@ TEST_F(OdomdSurvival, ExitsWith1IfItCannotRun) {
   EXPECT_FALSE(desk_.status().is_null());
 }
 
-TEST_F(OdomdSurvival, ACheckRefusesAGroupThatAStartWouldRefuse) {
+TEST_F(OdomdSurvival, CheckRefusesAGroupThatAStartWouldRefuse) {
   const std::string car = desk_.read("car.toml");
   const std::pair<std::string, std::vector<std::string>> cases[]{
       {"[shm] group", {}},
@@ -164,7 +164,7 @@ TEST_F(OdomdSurvival, ExitsWithOneLineIfItsSegmentIsTruncatedAndASuccessorStarts
   await_pose(open_client(desk_));
 }
 
-TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentExitsWithOneLine) {
+TEST_F(OdomdSurvival, ReaderOfATruncatedSegmentExitsWithOneLine) {
   DaemonProcess odomd(desk_, {});
   ASSERT_TRUE(open_client(desk_));
   odomd.feed(straight_drive(5.0, 1.0));

@@ -217,7 +217,7 @@ TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
 }
 
-TEST_F(OdomdTest, AFailedStartKeepsThePredecessorsLastPose) {
+TEST_F(OdomdTest, FailedStartKeepsThePredecessorsLastPose) {
   DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
   const odom_pose pose = await_pose(client);

@@ -23,7 +23,7 @@ Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
   return config;
 }
 
-TEST(CheckSummary, ShowsTimesSourcesAndWhoMayReachWhat) {
+TEST(CheckSummary, ShowsTimesSourcesAndPermissions) {
   EXPECT_THAT(
       summary(with_signal(15'000'000, 7'000'000), {}, {}),
       AllOf(HasSubstr("WHEEL.Speed in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"),
@@ -55,10 +55,10 @@ constexpr std::optional<std::int64_t> age_of(std::int64_t time_ns, odom_mode mod
   odom_pose pose{};
   pose.time_ns = time_ns;
   pose.mode = mode;
-  return age_to_go_on_from(pose, now_ns);
+  return resumable_pose_age(pose, now_ns);
 }
 
-TEST(Inheritance, GoesOnFromAYoungPose) {
+TEST(Inheritance, ResumesOnlyFromARecentPose) {
   EXPECT_EQ(age_of(now_ns, ODOM_TRACKING), 0);
   EXPECT_EQ(age_of(now_ns - inheritance_ns + 1, ODOM_DEGRADED), inheritance_ns - 1);
   EXPECT_FALSE(age_of(now_ns - inheritance_ns, ODOM_TRACKING));
@@ -95,14 +95,14 @@ socket_group = "video"
 )";
 
 /// The interfaces' paths and permissions: shared memory, status, camera.
-std::string doors_of(const Config& config) {
+std::string sockets_of(const Config& config) {
   return fmt::format("{} {:o} {}, {} {:o} {}, {} {:o} {}", config.shm.name, config.shm.mode,
                      config.shm.group, config.status.path.string(), config.status.mode,
                      config.status.group, config.camera.socket.path.string(),
                      config.camera.socket.mode, config.camera.socket.group);
 }
 
-TEST(Options, CountMoreThanTheFile) {
+TEST(Options, OverrideTheConfiguration) {
   const std::string run = "/run/odomd/can0";
   const Options own{.shm = "/desk",
                     .camera_socket = "/tmp/camera.sock",
@@ -121,15 +121,15 @@ TEST(Options, CountMoreThanTheFile) {
        "/elsewhere 644 video, /elsewhere/status.sock 666 video, "
        "/elsewhere/camera.sock 660 odomd-camera"}};
   const tools::Scratch scratch;
-  for (const auto& [options, doors] : cases) {
+  for (const auto& [options, sockets] : cases) {
     const Config config = configured(scratch, elsewhere, options);
-    EXPECT_EQ(doors_of(config), doors);
+    EXPECT_EQ(sockets_of(config), sockets);
     EXPECT_TRUE(config.camera.configured);
   }
   EXPECT_FALSE(configured(scratch, "", {.runtime_directory = run}).camera.configured);
 }
 
-TEST(Options, SocketsWithoutAPathAreInTheRuntimeDirectoryOfAnOrdinaryUser) {
+TEST(Options, PlaceSocketsInTheUsersRuntimeDirectory) {
   const tools::Scratch scratch;
   const bool ordinary = ::access("/run", W_OK) != 0 && ::access("/run/odomd", W_OK) != 0;
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", scratch.path("").c_str(), 1), 0);

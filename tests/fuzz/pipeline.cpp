@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "daemon/sockets/camera_wire.hpp"
+#include "daemon/sockets/camera_server.hpp"
 #include "tests/fuzz/bare_car.hpp"
 
 using odomd::fuzz::Input;

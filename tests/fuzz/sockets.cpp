@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/sockets/camera_door.hpp"
-#include "daemon/sockets/recorder_door.hpp"
+#include "daemon/sockets/camera_server.hpp"
+#include "daemon/sockets/recorder_server.hpp"
 #include "tests/fuzz/bare_car.hpp"
 #include "tests/scratch.hpp"
 #include "tests/unix_socket.hpp"
@@ -24,7 +24,7 @@
 namespace odomd::fuzz {
 namespace {
 
-using daemon::CameraDoor;
+using daemon::CameraServer;
 
 const Scratch& directory() {
   static const Scratch made;
@@ -47,7 +47,7 @@ class Cameras {
         ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) == 0,
         "socketpair");
     ends_.at(which) = FileDescriptor(ends[0]);
-    static_cast<void>(door_.admit(FileDescriptor(ends[1]), {1, 2}, 77));
+    static_cast<void>(server_.admit(FileDescriptor(ends[1]), {1, 2}, 77));
   }
   void end(std::size_t which) { ends_.at(which) = FileDescriptor(); }
 
@@ -57,8 +57,8 @@ class Cameras {
   }
 
   void tick(std::int64_t now_ns) {
-    const auto drained = door_.drain(poses_, {wall_, start_ns / 2}, now_ns, *events_);
-    require(drained.poses + drained.malformed <= CameraDoor::max_poses, "a drain is bounded");
+    const auto drained = server_.drain(poses_, {wall_, start_ns / 2}, now_ns, *events_);
+    require(drained.poses + drained.malformed <= CameraServer::max_poses, "a drain is bounded");
     for (std::size_t i = 0; i < drained.poses; ++i)
       require(poses_.at(i).arrival_ns == now_ns, "a pose arrives when it is read");
     read_ += drained.poses + drained.malformed;
@@ -68,16 +68,16 @@ class Cameras {
         require(event->a > 0 && event->a < static_cast<std::int64_t>(daemon::MalformedCause::count),
                 "a warning has a text");
     require(events_->dropped() == 0, "a tick's events find room");
-    for (const auto& connection : door_.connections())
+    for (const auto& connection : server_.connections())
       require(connection.malformed <= connection.messages, "what is malformed is a message");
-    door_.close_ended(77);
+    server_.close_ended(77);
   }
 
  private:
-  CameraDoor door_;
+  CameraServer server_;
   WallClock wall_ = wall_clock();
-  std::array<FileDescriptor, 2 * CameraDoor::max_connections> ends_;
-  std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
+  std::array<FileDescriptor, 2 * CameraServer::max_connections> ends_;
+  std::array<estimator::CameraPose, CameraServer::max_poses> poses_{};
   std::unique_ptr<daemon::EventRing> events_ = std::make_unique<daemon::EventRing>();
   std::uint64_t sent_ = 0;
   std::uint64_t read_ = 0;
@@ -90,9 +90,10 @@ class Recording {
         pipeline_(pipeline_of(config_, true)),
         tap_(std::make_unique<daemon::RecordingTap>(*pipeline_)),
         journal_({directory().path("log"), "error"}),
-        door_({config_, buses_, 1, *tap_},
-              daemon::LocalSocket({{directory().path("socket"), 0600}, daemon::SocketType::stream}),
-              {{"car.toml", "# a car\n"}}) {
+        server_(
+            {config_, buses_, 1, *tap_},
+            daemon::LocalSocket({{directory().path("socket"), 0600}, daemon::SocketType::stream}),
+            {{"car.toml", "# a car\n"}}) {
     static_cast<void>(buses_.index_of("can0"));
   }
 
@@ -118,8 +119,8 @@ class Recording {
 
   void tick(std::uint64_t number, std::int64_t now_ns) {
     tap_->tick_done(pipeline_->tick(number, now_ns), {now_ns, 0, 0}, *pipeline_);
-    door_.accept(now_ns, journal_);
-    door_.serve(now_ns, journal_);
+    server_.accept(now_ns, journal_);
+    server_.serve(now_ns, journal_);
   }
 
  private:
@@ -141,7 +142,7 @@ class Recording {
   std::unique_ptr<daemon::Pipeline> pipeline_;
   std::unique_ptr<daemon::RecordingTap> tap_;
   daemon::Journal journal_;
-  daemon::RecorderDoor door_;
+  daemon::RecorderServer server_;
   FileDescriptor recorder_;
   std::string got_;
 };
@@ -153,7 +154,7 @@ void run(Input input) {
   std::int64_t now = start_ns;
   while (!input.empty()) {
     const auto command = input.take<std::uint8_t>();
-    const std::size_t which = (command >> 4U) % (2 * CameraDoor::max_connections);
+    const std::size_t which = (command >> 4U) % (2 * CameraServer::max_connections);
     switch (command & 15U) {
       case 0:
         cameras.connect(which);

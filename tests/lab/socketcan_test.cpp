@@ -130,7 +130,7 @@ class SocketCan : public testing::Test {
   }
 };
 
-TEST_F(SocketCan, HandsOutEveryKindOfFrame) {
+TEST_F(SocketCan, DeliversEveryKindOfFrame) {
   add_bus();
   SocketCanSource source(bus_name, settings());
   EXPECT_EQ(source.link(), LinkState::up);
@@ -176,7 +176,7 @@ TEST_F(SocketCan, LetsTheKernelFilterByExactIdentifier) {
   EXPECT_TRUE(drain(source).empty());
 }
 
-TEST_F(SocketCan, TakesEverythingWhenThereAreMoreIdentifiersThanFilters) {
+TEST_F(SocketCan, ReceivesEverythingBeyondTheFilterLimit) {
   add_bus();
   std::vector<std::uint32_t> keys;
   for (std::uint32_t id = 0; id <= CAN_RAW_FILTER_MAX; ++id) keys.push_back(id);
@@ -267,7 +267,7 @@ TEST_F(SocketCan, WaitsForALinkThatIsMissingOrDown) {
   }
 }
 
-TEST_F(SocketCan, SeesThroughAnInterfaceThatCameBackUnderItsOldIndex) {
+TEST_F(SocketCan, DetectsAnInterfaceThatReturnsWithItsOldIndex) {
   add_bus("index 4711");
   SocketCanSource source(bus_name, settings());
   remove_bus();
@@ -276,7 +276,7 @@ TEST_F(SocketCan, SeesThroughAnInterfaceThatCameBackUnderItsOldIndex) {
   EXPECT_TRUE(hears(source));
 }
 
-TEST_F(SocketCan, ChangesSocketsUnderARunningBeatWithoutLeakingOne) {
+TEST_F(SocketCan, ReplacesSocketsDuringDrainsWithoutALeak) {
   add_bus();
   SocketCanSource source(bus_name, settings());
   const auto open_descriptors = [] {
@@ -303,7 +303,7 @@ TEST_F(SocketCan, ChangesSocketsUnderARunningBeatWithoutLeakingOne) {
   EXPECT_TRUE(hears(source));
 }
 
-TEST_F(SocketCan, RefusesAnInterfaceThatIsNoCanBus) {
+TEST_F(SocketCan, RefusesAnInterfaceThatIsNotCan) {
   EXPECT_THROW(SocketCanSource("lo", settings()), std::invalid_argument);
 }
 

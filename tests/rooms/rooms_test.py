@@ -35,7 +35,7 @@ estimator: estimator/common estimator/ekf estimator/integrity estimator/baseline
 shm_api/include/odom:
 shm_api/layout: shm_api/include/odom
 shm_api/libodom: shm_api/include/odom shm_api/layout
-shm_api: shm_api/include/odom shm_api/layout shm_api/libodom
+shm_api: base shm_api/include/odom shm_api/layout shm_api/libodom
 
 daemon/diagnostics:
 daemon/core: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources

@@ -106,7 +106,7 @@ inline ClientPointer open_client(const std::string& path) {
   return ClientPointer(client);
 }
 
-/// A client of a writer that published one tick, and has gone since.
+/// A client of a writer that published one tick and has ended.
 inline ClientPointer client_of_dead_writer(const SegmentSettings& settings, std::uint64_t tick) {
   constexpr std::int64_t fast_ns = 1'000'000;  // stale after 4 ms
   Writer writer(settings, test_info(fast_ns));
@@ -118,7 +118,7 @@ inline ClientPointer client_of_dead_writer(const SegmentSettings& settings, std:
 
 using Latest = std::pair<odom_status, std::uint64_t>;
 
-/// The status of odom_latest, and the tick of the pose that it gives.
+/// The status of odom_latest, and the tick of the pose that it returns.
 inline Latest latest(const ClientPointer& client) {
   odom_pose pose{};
   const odom_status status = odom_latest(client.get(), &pose, sizeof pose);

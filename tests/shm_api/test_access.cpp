@@ -46,7 +46,7 @@ class Access : public ::testing::Test {
   }
 };
 
-TEST_F(Access, NoFileIsNoSegment) {
+TEST_F(Access, MissingFileIsNoSegment) {
   EXPECT_EQ(try_open(path), ODOM_NO_SEGMENT);
   EXPECT_EQ(try_open(path + "/below"), ODOM_NO_SEGMENT);
 }
@@ -62,7 +62,7 @@ TEST_F(Access, APosixShmNameIsAFileInDevShm) {
   unlink(("/dev/shm" + name + ".lock").c_str());
 }
 
-TEST_F(Access, TheEnvironmentNamesTheSegmentWhereTheCallerDoesNot) {
+TEST_F(Access, EnvironmentNamesTheSegmentByDefault) {
   const Writer writer(settings, test_info(1'000'000'000));
   ASSERT_EQ(setenv("ODOM_SHM", path.c_str(), 1), 0);
   odom_client* client = nullptr;
@@ -108,7 +108,7 @@ TEST_F(Access, LinksPipesAndDirectoriesAreRefused) {
   EXPECT_EQ(try_open(directory.file(".") + "./"), ODOM_INVALID);
 }
 
-TEST_F(Access, WhatIsNoWholeSegmentIsAnotherAbi) {
+TEST_F(Access, IncompleteSegmentIsAnotherAbi) {
   for (const std::size_t size : {0U, 1U, 4095U, 4096U, 100000U}) {
     std::ofstream(path, std::ios::binary) << std::string(size, 'x');
     EXPECT_EQ(try_open(path), ODOM_ABI) << size;
@@ -119,7 +119,7 @@ TEST_F(Access, WhatIsNoWholeSegmentIsAnotherAbi) {
   EXPECT_EQ(try_open(path), ODOM_ABI);
 }
 
-TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
+TEST_F(Access, DamagedHeaderIsAlwaysRefused) {
   {
     Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick < 20; ++tick) publish_patterned(writer, tick, now_ns());
@@ -152,7 +152,7 @@ TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
   EXPECT_GT(accepted, 0);
 }
 
-TEST_F(Access, ASecondWriterIsRefusedAndTheFirstNamed) {
+TEST_F(Access, SecondWriterIsRefusedWithThePidOfTheFirst) {
   {
     const Writer writer(settings, test_info());
     EXPECT_THAT(refusal(settings), HasSubstr("process " + std::to_string(getpid()) + " publishes"));
@@ -175,7 +175,7 @@ TEST_F(Access, TheTemporaryFileOfADeadWriterIsRemoved) {
   EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
 }
 
-TEST_F(Access, NothingButASegmentIsReplaced) {
+TEST_F(Access, OnlyASegmentIsReplaced) {
   const std::string text = directory.file("text");
   const std::string content = "years of work, and no segment";
   std::ofstream(text) << content;
@@ -239,7 +239,7 @@ TEST_F(Access, ModeAndGroupAreSet) {
   EXPECT_EQ(status.st_gid, gid);
 }
 
-TEST_F(Access, UnusableSettingsAreNamedAndLeaveThePredecessorInPlace) {
+TEST_F(Access, InvalidSettingsAreReportedAndKeepThePredecessor) {
   { const Writer writer(settings, test_info()); }
   const std::string before = contents(path);
   const std::pair<SegmentSettings, std::string> cases[]{

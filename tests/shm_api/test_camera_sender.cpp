@@ -63,7 +63,7 @@ class CameraSender : public ::testing::Test {
   odom::CameraSender sender;
 };
 
-TEST_F(CameraSender, ARefusalIsAnErrorOfTheNextCall) {
+TEST_F(CameraSender, RefusalIsAnErrorOfTheNextCall) {
   Daemon daemon(path);
   for (const bool flushes : {true, false}) {
     ASSERT_EQ(sender.open(path.c_str()), 0);
@@ -78,7 +78,7 @@ TEST_F(CameraSender, ARefusalIsAnErrorOfTheNextCall) {
   }
 }
 
-TEST_F(CameraSender, AConnectionThatWasClosedOrADaemonThatWasRestartedCostsNoPose) {
+TEST_F(CameraSender, ClosedConnectionOrRestartLosesNoPose) {
   for (const bool restarted : {false, true}) {
     odom::CameraSender idle;
     auto daemon = std::make_unique<Daemon>(path);
@@ -110,7 +110,7 @@ TEST_F(CameraSender, APoseIsOneMessage) {
     EXPECT_TRUE(is_same(daemon.receive(), expected)) << expected.sequence;
 }
 
-TEST_F(CameraSender, NobodyThereIsAnError) {
+TEST_F(CameraSender, MissingDaemonIsAnError) {
   EXPECT_EQ(sender.open(path.c_str()), -ENOENT);
   EXPECT_EQ(sender.send(seen_pose()), -EINVAL);
   EXPECT_EQ(sender.open(std::string(200, 'x').c_str()), -ENAMETOOLONG);
@@ -131,7 +131,7 @@ TEST_F(CameraSender, ARestartedDaemonIsFoundAgain) {
   EXPECT_EQ(restarted.receive().sequence, 3U);
 }
 
-TEST_F(CameraSender, ADaemonThatDoesNotReadBlocksNobody) {
+TEST_F(CameraSender, DaemonThatDoesNotReadBlocksNobody) {
   Daemon daemon(path);
   ASSERT_EQ(sender.open(path.c_str()), 0);
   int error = 0;
@@ -139,7 +139,7 @@ TEST_F(CameraSender, ADaemonThatDoesNotReadBlocksNobody) {
   EXPECT_EQ(error, -EAGAIN);
 }
 
-TEST_F(CameraSender, UnusablePosesStayHere) {
+TEST_F(CameraSender, UnusablePosesAreNotSent) {
   Daemon daemon(path);
   ASSERT_EQ(sender.open(path.c_str()), 0);
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();

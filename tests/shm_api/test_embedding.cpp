@@ -1,6 +1,6 @@
 // The library inside other programs: loaded at run time, inherited by a fork, used by another
-// thread. test_stress.cpp has clients in several threads. And the error message of our programs if
-// their segment is truncated.
+// thread (test_stress.cpp has clients in several threads). Also the error message of our programs
+// when their segment is truncated.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -44,7 +44,7 @@ Function* symbol(void* library, const char* name) {
   return reinterpret_cast<Function*>(found);
 }
 
-TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
+TEST_F(Embedding, LibraryCanBeLoadedAtRunTimeAndUnloaded) {
   publish_patterned(writer, 1, 100);
   for (int time = 0; time < 2; ++time) {
     const std::unique_ptr<void, CloseLibrary> library(dlopen(ODOMD_LIBODOM, RTLD_NOW | RTLD_LOCAL));
@@ -62,7 +62,7 @@ TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
   }
 }
 
-TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
+TEST_F(Embedding, ParentAndChildEachHaveAClientAfterAFork) {
   publish_patterned(writer, 1, 100);
   const ClientPointer client = open_client(path);
   odom_pose pose{};
@@ -125,7 +125,7 @@ std::string all_of(int file) {
   return text.substr(text.find_first_not_of('.'));
 }
 
-TEST(CutShort, IsSaidOnceHoweverManyThreadsSeeIt) {
+TEST(CutShort, IsReportedOnceByManyThreads) {
   const TemporaryDirectory directory;
   const std::array<int, 2> errors = full_pipe();
   const pid_t child = fork();

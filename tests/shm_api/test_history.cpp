@@ -159,7 +159,7 @@ TEST_F(History, AResetAfterMissedTicksIsPredictedTo) {
   EXPECT_EQ(at(40 * period_ns), ODOM_GAP);
 }
 
-TEST_F(History, OutOfAnInitialisingPoseNothingIsPredicted) {
+TEST_F(History, NothingIsPredictedFromAnInitialisingPose) {
   odom_pose p = circling_pose(1);
   p.mode = ODOM_INITIALISING;
   publish(p);
@@ -180,7 +180,7 @@ TEST_F(History, YawTakesTheShorterWay) {
   EXPECT_NEAR(pose.yaw, 3.14159265, 1e-6);
 }
 
-TEST_F(History, ATimeAfterSilenceIsStaleButGiven) {
+TEST_F(History, TimeAfterSilenceIsStale) {
   publish_moving(1, 10);
   writer.set_heartbeat(now_ns() - 5 * period_ns);
   EXPECT_EQ(odom_at(client.get(), 5 * period_ns, &pose, sizeof pose), ODOM_STALE);

@@ -98,7 +98,7 @@ TEST(Predict, HorizonIsFromThePoseToAHundredMilliseconds) {
   EXPECT_EQ(odom_predict(&from, from.time_ns, &to), ODOM_NO_POSE);
 }
 
-TEST(Predict, NothingChangesToItsOwnTimeAndThePoseMayBeItsOwnResult) {
+TEST(Predict, ZeroHorizonChangesNothingAndResultMayAlias) {
   const odom_pose from = pose_with({1.0, 0.2, 3.0, 0.5, 0.0, 1.0});
   odom_pose to{};
   ASSERT_EQ(odom_predict(&from, from.time_ns, &to), ODOM_OK);
@@ -152,7 +152,7 @@ TEST(PositionSigma, IsTheAxisOfACovarianceAlongTheAxes) {
   EXPECT_EQ(odom::position_sigma(pose_with_covariance(0.0, 0.0, 0.0)), 0.0);
 }
 
-TEST(PositionSigma, IsTheSameHoweverTheCovarianceIsTurned) {
+TEST(PositionSigma, IsInvariantUnderRotation) {
   constexpr double major = 0.5;
   constexpr double minor = 0.1;
   for (const double angle : {0.1, 0.7, 1.5, 2.5, -1.0}) {
@@ -166,7 +166,7 @@ TEST(PositionSigma, IsTheSameHoweverTheCovarianceIsTurned) {
   }
 }
 
-TEST(PositionSigma, IsBelowNoLimitWhereThereIsNoCovariance) {
+TEST(PositionSigma, IsNanForAnInvalidCovariance) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const odom_pose& pose :
        {pose_with_covariance(nan, 0.0, 1.0), pose_with_covariance(1.0, nan, 1.0),
@@ -174,7 +174,7 @@ TEST(PositionSigma, IsBelowNoLimitWhereThereIsNoCovariance) {
     EXPECT_FALSE(odom::position_sigma(pose) <= 1e300);
 }
 
-TEST(ModeName, IsWhatTheStatusCallsIt) {
+TEST(ModeName, IsTheNameInTheStatus) {
   EXPECT_STREQ(odom::mode_name(ODOM_INITIALISING), "initialising");
   EXPECT_STREQ(odom::mode_name(ODOM_DEAD_RECKONING), "dead_reckoning");
   EXPECT_STREQ(odom::mode_name(ODOM_FAULT), "fault");

@@ -32,7 +32,7 @@ TEST_F(RoundTrip, LatestIsTheNewestPose) {
   }
 }
 
-TEST_F(RoundTrip, ATickThatDoesNotRiseIsNotPublished) {
+TEST_F(RoundTrip, NonIncreasingTickIsNotPublished) {
   const Record second = patterned(2, 20);
   const Record first = patterned(1, 10);
   EXPECT_TRUE(writer.publish(second.pose, second.details));
@@ -55,9 +55,9 @@ TEST_F(RoundTrip, ValidateDetectsThatTheSlotWasOverwritten) {
   EXPECT_FALSE(odom_validate(&view));
 }
 
-TEST_F(RoundTrip, AWriterThatStopsInTheMiddleOfASlotStopsNoReader) {
+TEST_F(RoundTrip, WriterThatStopsWithinASlotBlocksNoReader) {
   publish_patterned(writer, 1, 1);
-  // What a reader finds that has preempted the writer on its CPU: tick 2, half written.
+  // As for a reader that has preempted the writer on its CPU: tick 2 is half written.
   const std::array<std::uint64_t, 3> half{odomi_sequence(2) - 1, 2, pattern(2, 1)};
   std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
   file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 2 * ODOM_SLOT_WORDS));
@@ -73,7 +73,7 @@ TEST_F(RoundTrip, AWriterThatStopsInTheMiddleOfASlotStopsNoReader) {
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 1'000'000), ODOM_TIMEOUT);
 }
 
-TEST_F(RoundTrip, AnOlderProgramsSmallerStructIsFilledAndNothingBeyondIt) {
+TEST_F(RoundTrip, SmallerStructOfAnOlderProgramIsFilledExactly) {
   publish_patterned(writer, 1, 1);
   odom_pose pose{};
   std::memset(&pose, 0x5A, sizeof pose);
@@ -93,7 +93,7 @@ TEST_F(RoundTrip, AnOlderProgramsSmallerStructIsFilledAndNothingBeyondIt) {
   EXPECT_EQ(beyond, 0x5A5A5A5A5A5A5A5AU);
 }
 
-TEST_F(RoundTrip, AYoungerProgramsLargerStructEndsInZeros) {
+TEST_F(RoundTrip, LargerStructOfANewerProgramEndsInZeros) {
   publish_patterned(writer, 1, 1);
   struct {
     odom_pose pose;
@@ -125,7 +125,7 @@ TEST_F(RoundTrip, UnusableArgumentsAreInvalid) {
   odom_close(nullptr);
 }
 
-TEST_F(RoundTrip, InfoIsWhatTheWriterSaid) {
+TEST_F(RoundTrip, InfoIsTheWriters) {
   writer.set_first_tick(123);
   writer.set_realtime_offset(456);
   writer.set_log_offset(789);

@@ -48,7 +48,7 @@ class ServicePath : public ::testing::Test {
   TemporaryDirectory directory;
 };
 
-TEST_F(ServicePath, IsTheFirstInstanceByNameThatHasItOtherwiseTheDirectoryItself) {
+TEST_F(ServicePath, IsTheFirstInstanceOrTheDirectoryItself) {
   EXPECT_EQ(found("pose"), "run/pose");
   make("run/other");
   make("run/pose");
@@ -84,7 +84,7 @@ class RuntimeDirectory {
   std::optional<std::string> before_ = present();
 };
 
-TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
+TEST_F(ServicePath, PrefersTheUsersOwnDaemon) {
   const RuntimeDirectory runtime(directory.file("user"));
   make("run/can0/status.sock");
   EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock");
@@ -110,7 +110,7 @@ TEST_F(ServicePath, ARelativeOrEmptyRuntimeDirectoryIsIgnored) {
   EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
 }
 
-TEST_F(ServicePath, TheDaemonsDirectoryIsTheServicesWhereItMayWrite) {
+TEST_F(ServicePath, DaemonUsesTheServiceDirectoryIfWritable) {
   const RuntimeDirectory runtime(directory.file("user"));
   make("user/here");
   EXPECT_EQ(own_directory(directory.file("run")), "run") << "it can be made";

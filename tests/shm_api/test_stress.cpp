@@ -17,7 +17,7 @@ namespace {
 
 class Stress : public ::testing::Test {
  public:
-  ~Stress() override { counts_->stop = true; }  // also after a failed assertion
+  ~Stress() override { counts_->stop = true; }  // so also after a failed assertion
 
  protected:
   static constexpr std::size_t readers = SharedCounts::capacity;  // two threads and two processes
@@ -104,11 +104,11 @@ class TornReads : public Stress {
 };
 
 // In a ring of four slots the writer overtakes every reader.
-TEST_F(TornReads, AReaderThatIsOvertakenKnowsIt) {
+TEST_F(TornReads, OvertakenReaderDetectsIt) {
   stress(4, Overlap::wanted);
 }
 
-TEST_F(TornReads, AUsualRingNeitherTearsNorStarves) {
+TEST_F(TornReads, UsualRingNeitherTearsNorStarves) {
   stress(1024, Overlap::as_it_comes);
   EXPECT_EQ(sum(&ReaderCounts::starved), 0U);
 }

@@ -21,7 +21,7 @@ class Succession : public ::testing::Test {
   SegmentSettings settings{.name = path, .slots = 64};
 };
 
-TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
+TEST_F(Succession, FourSilentPeriodsAreStaleWithTheLastPose) {
   Writer writer(settings, test_info(slow_ns));
   const ClientPointer client = open_client(path);
   publish_patterned(writer, 1, 1);
@@ -42,7 +42,7 @@ TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
   }
 }
 
-TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
+TEST_F(Succession, ClientSwitchesToAPublishingSuccessor) {
   const ClientPointer client = client_of_dead_writer(settings, 100);
   Writer successor(settings, test_info(slow_ns));
   const std::int64_t until = now_ns() + 10'000'000;
@@ -73,7 +73,7 @@ TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
   std::uint64_t instance = 0;
   {
     Writer writer(settings, test_info());
-    EXPECT_FALSE(writer.predecessor().has_value());  // it published nothing
+    EXPECT_FALSE(writer.predecessor().has_value());  // the predecessor published nothing
     publish_patterned(writer, 7, 70);
     publish_patterned(writer, 9, 90);
     instance = writer.info().instance_id;
@@ -86,7 +86,7 @@ TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
   EXPECT_NE(successor.info().instance_id, instance);
 }
 
-TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
+TEST_F(Succession, DamagedSegmentGivesACompletePoseOrNone) {
   {
     Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
@@ -120,7 +120,7 @@ TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
   EXPECT_GT(refused, 450);
 }
 
-TEST_F(Succession, ADamagedTickDoesNotPassForThatOfAnotherSlot) {
+TEST_F(Succession, DamagedTickIsNotTakenForAnotherSlot) {
   {
     Writer writer(settings, test_info());
     for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
@@ -135,7 +135,7 @@ TEST_F(Succession, ADamagedTickDoesNotPassForThatOfAnotherSlot) {
   EXPECT_FALSE(claim.predecessor().has_value());
 }
 
-TEST_F(Succession, WhatATruncationLeftIsReplaced) {
+TEST_F(Succession, TruncatedSegmentIsReplaced) {
   for (const off_t size : {0, 8, 4096}) {
     { const Writer writer(settings, test_info()); }
     ASSERT_EQ(truncate(path.c_str(), size), 0);
@@ -145,18 +145,18 @@ TEST_F(Succession, WhatATruncationLeftIsReplaced) {
   }
 }
 
-TEST_F(Succession, ARemovedSegmentIsMadeAgainWithTheNextTick) {
+TEST_F(Succession, RemovedSegmentIsRecreatedWithTheNextTick) {
   Writer writer(settings, test_info(slow_ns));
-  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
   publish_patterned(writer, 1, 1);
   writer.count_missed(3);
   const std::uint64_t first = writer.info().instance_id;
   unlink(path.c_str());
-  EXPECT_EQ(writer.look_after(), Upkeep::made_again);
-  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  EXPECT_EQ(writer.maintain(), Upkeep::recreated);
+  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
   publish_patterned(writer, 2, 2);
   EXPECT_NE(writer.info().instance_id, first);
-  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
   writer.wake_clients();
   const ClientPointer client = open_client(path);
   EXPECT_EQ(latest(client), Latest(ODOM_OK, 2));
@@ -166,21 +166,21 @@ TEST_F(Succession, ARemovedSegmentIsMadeAgainWithTheNextTick) {
   EXPECT_EQ(beat.missed, 3U);
 }
 
-TEST_F(Succession, ARemovedLockKeepsNoSecondWriterIn) {
+TEST_F(Succession, RemovedLockStillExcludesASecondWriter) {
   Writer writer(settings, test_info());
   unlink((path + ".lock").c_str());
   EXPECT_THROW(Claim{settings}, Displaced);
   unlink(path.c_str());
   EXPECT_THROW(Claim{settings}, Displaced);
   EXPECT_FALSE(std::filesystem::exists(path + ".lock")) << "who comes too late touches nothing";
-  EXPECT_EQ(writer.look_after(), Upkeep::made_again);
+  EXPECT_EQ(writer.maintain(), Upkeep::recreated);
   EXPECT_TRUE(std::filesystem::exists(path + ".lock"));
   unlink((path + ".lock").c_str());
-  EXPECT_EQ(writer.look_after(), Upkeep::lock_renewed);
-  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  EXPECT_EQ(writer.maintain(), Upkeep::lock_renewed);
+  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
 }
 
-TEST_F(Succession, AClaimAloneTouchesNothing) {
+TEST_F(Succession, ClaimAloneChangesNothing) {
   {
     Writer writer(settings, test_info());
     publish_patterned(writer, 7, 70);

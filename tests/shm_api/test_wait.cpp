@@ -55,7 +55,7 @@ class Waiter {
   std::thread thread_;
 };
 
-TEST_F(Wait, EveryWaiterIsWoken) {
+TEST_F(Wait, WakesEveryWaiter) {
   publish_patterned(writer, 1, 100);
   std::array<Waiter, 3> waiters{Waiter(path), Waiter(path), Waiter(path)};
   const std::int64_t published = now_ns();
@@ -69,7 +69,7 @@ TEST_F(Wait, EveryWaiterIsWoken) {
 // Any process that can read the segment can move the waiters of its futex to another word, because
 // Linux requires no write permission. They miss a wake-up then, but check by themselves after four
 // periods.
-TEST_F(Wait, AWaiterThatNobodyWakesChecksAfterFourPeriods) {
+TEST_F(Wait, ChecksAfterFourPeriodsWithoutAWakeUp) {
   const std::string other = directory.file("other");
   Writer quick{{.name = other, .slots = 8}, test_info(second / 20)};
   publish_patterned(quick, 1, 100);
@@ -83,7 +83,7 @@ TEST_F(Wait, AWaiterThatNobodyWakesChecksAfterFourPeriods) {
   EXPECT_LT(now_ns() - published, 10 * second) << "long before its time is out";
 }
 
-TEST_F(Wait, ANewerPoseThatIsThereAlreadyIsTaken) {
+TEST_F(Wait, ReturnsANewerPoseAtOnce) {
   const ClientPointer client = open_client(path);
   publish_patterned(writer, 1, 100);
   odom_pose pose{};
@@ -95,7 +95,7 @@ TEST_F(Wait, ANewerPoseThatIsThereAlreadyIsTaken) {
 }
 
 // Tick zero asks for the next pose, not for the newest.
-TEST_F(Wait, TheTimeRunsOut) {
+TEST_F(Wait, TimesOut) {
   const ClientPointer client = open_client(path);
   odom_pose pose{};
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 1'000'000), ODOM_TIMEOUT);

@@ -16,7 +16,7 @@ class Wrapper : public ::testing::Test {
   void publish(std::uint64_t tick) { writer.publish(moving_pose(tick), odom_details{}); }
 };
 
-TEST_F(Wrapper, OpeningWhatIsNotThereSaysWhyAndAnEmptyClientAnswersInvalid) {
+TEST_F(Wrapper, FailedOpenHasAReasonAndEmptyClientIsInvalid) {
   const auto opened = odom::Client::open(directory.file("none").c_str());
   EXPECT_FALSE(opened);
   EXPECT_FALSE(opened.has_value());
@@ -27,7 +27,7 @@ TEST_F(Wrapper, OpeningWhatIsNotThereSaysWhyAndAnEmptyClientAnswersInvalid) {
   EXPECT_EQ(client.read_in_place([](odom::View) {}), ODOM_INVALID);
 }
 
-TEST_F(Wrapper, AResultIsTrueOnlyWhenItIsFresh) {
+TEST_F(Wrapper, ResultIsTrueOnlyIfFresh) {
   auto client = odom::Client::open(path.c_str());
   ASSERT_TRUE(client);
   EXPECT_EQ(client->latest().status, ODOM_NO_POSE);
@@ -77,7 +77,7 @@ TEST_F(Wrapper, InPlaceAccessorsReadTheirFields) {
   EXPECT_TRUE(is_same(seen, pose));
 }
 
-TEST_F(Wrapper, InPlaceReadingGivesUpAfterThreeOvertakings) {
+TEST_F(Wrapper, InPlaceReadingGivesUpAfterThreeAttempts) {
   publish(1);
   auto client = odom::Client::open(path.c_str());
   int calls = 0;
@@ -90,7 +90,7 @@ TEST_F(Wrapper, InPlaceReadingGivesUpAfterThreeOvertakings) {
   EXPECT_EQ(calls, 3);
 }
 
-TEST_F(Wrapper, PredictionReachesFromTheHistoryToAHundredMillisecondsAhead) {
+TEST_F(Wrapper, PredictionCoversHistoryTo100MsAhead) {
   Writer fast({.name = directory.file("fast"), .slots = 64}, test_info(period_ns));
   for (std::uint64_t tick = 1; tick <= 10; ++tick) fast.publish(moving_pose(tick), odom_details{});
   auto client = odom::Client::open(directory.file("fast").c_str());
@@ -103,7 +103,7 @@ TEST_F(Wrapper, PredictionReachesFromTheHistoryToAHundredMillisecondsAhead) {
   EXPECT_EQ(client->predict(31 * period_ns).status, ODOM_TOO_NEW);
 }
 
-TEST_F(Wrapper, AClientThatWasMovedCallsTheLibrary) {
+TEST_F(Wrapper, MovedClientWorks) {
   publish(1);
   writer.set_realtime_offset(100);
   writer.count_missed(4);

@@ -108,10 +108,10 @@ Diagnostics examine_link(const std::string& interface, const std::optional<Link>
   const can::ControllerHealth health = controller->health;
   if (health == can::ControllerHealth::error_warning ||
       health == can::ControllerHealth::error_passive) {
-    const can::ErrorCounters errors = controller->errors.value_or(can::ErrorCounters{});
+    const can_berr_counter errors = controller->errors.value_or(can_berr_counter{});
     all.push_back(one(kind("bus_errors"),
                       fmt::format("is {}, with error counters of {} (receive) and {} (transmit)",
-                                  can::name_of(health), errors.receive, errors.transmit)));
+                                  can::name_of(health), errors.rxerr, errors.txerr)));
   }
   if (health == can::ControllerHealth::bus_off) all.push_back(one(kind("bus_off"), "is bus-off"));
   return all;

@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/init/proposal.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "can_protocol/decode/name_words.hpp"
+#include "can_protocol/decode/name_hints.hpp"
 
 namespace odomd::tools {
 

@@ -95,12 +95,12 @@ CM_ SG_ 1 S text;¶ -> 2: expected the comment in quotes, found 'text'
                    "1: expected a name of at most 255 bytes, found 256: 'AAAA");
 }
 
-TEST(DbcErrors, RefuseAnIdentifierThatIsNoNumber) {
+TEST(DbcErrors, RefuseANonNumericIdentifier) {
   for (const std::string_view id : {"0x12", "-", "1.5", "-0x1"})
     EXPECT_THROW((void)parse(fmt::format("BO_ {} A: 8 X\n", id)), DbcError) << id;
 }
 
-TEST(DbcErrors, RefuseALastLineThatIsCutInsideANameOrAUnit) {
+TEST(DbcErrors, RefuseATruncatedLastLine) {
   const std::string whole =
       "BU_: Engine Vector__XXX\nBO_ 1 A: 8 Engine\n SG_ S : 0|8@1+ (1,0) [0|0] \"m/s\" Vector__XXX";
   EXPECT_EQ(parse(whole).messages.size(), 1U);
@@ -110,14 +110,14 @@ TEST(DbcErrors, RefuseALastLineThatIsCutInsideANameOrAUnit) {
   }
 }
 
-TEST(DbcErrors, SuspectACutAtTheEnd) {
+TEST(DbcErrors, WarnAboutAPossibleTruncation) {
   EXPECT_THAT(warnings_of(parse("BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X")),
               ElementsAre(HasSubstr("car.dbc:2: the file does not end with a line end")));
   EXPECT_THAT(warnings_of(parse("BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a\"\n")),
               ElementsAre(HasSubstr("found end of file"), HasSubstr("names signal 'S'")));
 }
 
-TEST(DbcErrors, RefuseWhatIsNoFile) {
+TEST(DbcErrors, RefuseDevicesAndMissingFiles) {
   EXPECT_EQ(message_of([] { (void)read_dbc("/dev/zero"); }), "/dev/zero: is a device; name a file");
   for (const char* file : {"/nonexistent/car.dbc", "/", "/dev/null"})
     EXPECT_THROW((void)read_dbc(file), DbcError) << file;
@@ -140,7 +140,7 @@ std::string many_signals(int count, const std::string& multiplexing_of_first) {
   return text;
 }
 
-TEST(DbcErrors, WarnOnceOfASignalThatLiesOnManyOthers) {
+TEST(DbcErrors, WarnOnceAboutASignalThatOverlapsManyOthers) {
   const auto warnings = warnings_of(parse(many_signals(300, "")));
   EXPECT_EQ(warnings.size(), 299U);
   EXPECT_EQ(warnings.front(), "car.dbc:4: signals 'S0' and 'S1' of message 'A' overlap");
@@ -148,7 +148,7 @@ TEST(DbcErrors, WarnOnceOfASignalThatLiesOnManyOthers) {
             "car.dbc:302: signal 'S299' of message 'A' overlaps 'S0' and 298 more");
 }
 
-TEST(DbcErrors, DoNotWarnOfOverlapsThatMultiplexingKeepsApart) {
+TEST(DbcErrors, DoNotWarnAboutMultiplexedOverlaps) {
   EXPECT_THAT(warnings_of(parse(R"(BO_ 1 A: 8 X
  SG_ Root M : 0|8@1+ (1,0) [0|0] "" X
  SG_ Zero m0 : 8|16@1+ (1,0) [0|0] "" X
@@ -158,20 +158,20 @@ TEST(DbcErrors, DoNotWarnOfOverlapsThatMultiplexingKeepsApart) {
               ElementsAre(HasSubstr("car.dbc:5: signals 'One' and 'AlsoOne'")));
 }
 
-TEST(DbcErrors, SaySoWhereTooManySignalsWouldHaveToBeCompared) {
+TEST(DbcErrors, LimitTheComparisonsWithAWarning) {
   EXPECT_THAT(warnings_of(parse(many_signals(1000, "M "))), IsEmpty());
   EXPECT_THAT(warnings_of(parse(many_signals(20000, "M "))),
               ElementsAre("car.dbc:1: too many signals to compare them all; some may overlap "
                           "without a warning"));
 }
 
-TEST(DbcErrors, WarnOnceOfAMessageWhoseNameManyOthersHave) {
+TEST(DbcErrors, WarnOnceAboutAFrequentMessageName) {
   std::string text;
   for (int i = 0; i < 300; ++i) text += fmt::format("BO_ {} A: 8 X\n", i);
   EXPECT_EQ(parse(text).warnings.size(), 299U);
 }
 
-TEST(DbcErrors, NeverCrashOnACutFile) {
+TEST(DbcErrors, SurviveAnyTruncation) {
   constexpr std::string_view text =
       "BO_ 1 A: 8 X\n SG_ S M : 0|4@1+ (1,0) [0|0] \"u\" X\n"
       " SG_ T m1 : 4|4@0- (.5,0) [0|0] \"\" X\nVAL_ 1 S 1 \"a\" ;\n"

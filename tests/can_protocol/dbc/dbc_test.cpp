@@ -135,7 +135,7 @@ lines";
                   HasSubstr("is on several lines; joined to one")));
 }
 
-TEST(Dbc, WarnsOfASignalThatNoMultiplexorValueSelects) {
+TEST(Dbc, WarnsAboutASignalThatNoMultiplexorValueSelects) {
   const Database database = parse(R"(BO_ 2147483649 A: 8 X
  SG_ Page M : 0|4@1+ (1,0) [0|0] "" X
  SG_ Low m15 : 8|8@1+ (1,0) [0|0] "" X
@@ -163,7 +163,7 @@ CM_ BO_ 2147483650 "another";
 )");
 }
 
-TEST(Dbc, TakesTheFirstOfWhatOccursTwice) {
+TEST(Dbc, UsesTheFirstOfDuplicates) {
   const Database database = parse(R"(BO_ 1 A: 8 X
  SG_ S : 0|8@1+ (1,0) [0|0] "" X
  SG_ S : 8|8@1+ (1,0) [0|0] "" X
@@ -182,7 +182,7 @@ BO_ 2 A: 4 X
                                                  HasSubstr("car.dbc:6: message 'A' has the name")));
 }
 
-TEST(Dbc, LeavesOutAMessageThatNoFrameHas) {
+TEST(Dbc, LeavesOutImpossibleIdentifiersAndLengths) {
   const Database database = parse(R"(BO_ 536870912 Wide: 8 X
  SG_ S : 0|8@1+ (1,0) [0|0] "" X
 BO_ 3758096384 WideExtended: 8 X
@@ -211,7 +211,7 @@ BA_ "GenMsgCycleTime" BO_ 536870913 10;
                   AllOf(StartsWith("car.dbc:15: "), HasSubstr("message 536870913, which is not"))));
 }
 
-TEST(Dbc, PassesOverOtherStatements) {
+TEST(Dbc, SkipsOtherStatements) {
   expect_listing(R"(VERSION "HIPBNYYYYYYYYYYYYYYYY"
 NS_ : CM_ BA_
  BA_DEF_REL_
@@ -241,7 +241,7 @@ FUTURE_THING_ 1 2 "three";
                  "9: A 1 8 FRONT\n 10: S 0|8 <+ (1,0) [0|0]\n");
 }
 
-TEST(Dbc, PassesOverCommentsToTheEndOfTheirLine) {
+TEST(Dbc, SkipsLineComments) {
   expect_listing(R"(// a car's "first" database
 VERSION ""// 2
 NS_ : // none
@@ -266,7 +266,7 @@ BO_ 2 B: 8 ECU
   EXPECT_THAT(warnings_of(parse("BO_ 1 A: 8 X / no\n")), ElementsAre(HasSubstr("found '/'")));
 }
 
-TEST(Dbc, TakesEveryLineEndAndCharacterSet) {
+TEST(Dbc, AcceptsEveryLineEndAndCharacterSet) {
   expect_listing(
       "\xEF\xBB\xBF"
       "BO_ 1 A: 8 X\r\n SG_ S : 0|8@1+ (1,0) [0|0] \"\xB0/s\" X\r\nCM_ SG_ 1 S \"m\xFC\x80\";\r\n",
@@ -275,7 +275,7 @@ TEST(Dbc, TakesEveryLineEndAndCharacterSet) {
                  "1: A 1 8 X\n 2: S 0|8 <+ (1,0) [0|0] \"°\"\n");
 }
 
-TEST(Dbc, FindsLongNamesByTheShortOnesToo) {
+TEST(Dbc, FindsLongNamesByTheirShortNamesToo) {
   const Database database = parse(R"(BU_: GATEWAY_0001
 BO_ 1 ROTATION_0001: 8 GATEWAY_0001
  SG_ YAW_0001 M : 0|8@1+ (1,0) [0|0] "deg/s" X
@@ -303,7 +303,7 @@ CM_ SG_ 1 YAW_0001 "to the left";
   EXPECT_EQ(find_signal(message, ""), nullptr);
 }
 
-TEST(Dbc, TakesNoLongNameThatHidesAnother) {
+TEST(Dbc, IgnoresALongNameThatIsTaken) {
   const std::string messages = R"(BO_ 1 A: 8 X
  SG_ S : 0|8@1+ (1,0) [0|0] "" X
  SG_ T : 8|8@1+ (1,0) [0|0] "" X

@@ -76,7 +76,7 @@ std::string message(int id, const std::string& signals) {
   return fmt::format("BO_ {} M{}: 8 X\n", id, id) + signals + signal("Kept", "40|8");
 }
 
-TEST(DbcLeftOut, CostsNothingElseAndIsSaidOfWhatIsMapped) {
+TEST(DbcLeftOut, AffectsNothingElseAndIsReportedIfMapped) {
   for (const Kind& kind : kinds)
     for (int n = 0; n < siblings; ++n) {
       SCOPED_TRACE(fmt::format("{} {}", kind.name, n));
@@ -106,7 +106,7 @@ TEST(DbcLeftOut, CostsNothingElseAndIsSaidOfWhatIsMapped) {
     }
 }
 
-TEST(DbcLeftOut, OfAMessageSaysWhy) {
+TEST(DbcLeftOut, MessageHasItsReason) {
   const std::vector<std::string> heads{"BO_ 2 M2 8 X\n", "BO_ 2 M2: 8000000 X\n",
                                        "BO_ 2 M2: 100 X\n", "BO_ 3758096384 M2: 8 X\n",
                                        "BO_ 1 M2: 8 X\n"};
@@ -121,14 +121,14 @@ TEST(DbcLeftOut, OfAMessageSaysWhy) {
                 HasSubstr("no message 'M2' in car.dbc; it was left out in line 3: "));
     EXPECT_EQ(find_message(database, "M1")->signals.size(), 1U);
   }
-  // A line that is no message's does not add the signals after it to the message before.
+  // The signals after an unreadable line are not added to the message before it.
   const Database database =
       parse_dbc(message(1, "") + "B0_ 2 M2: 8 X\n" + signal("Other", "0|8"), "car.dbc");
   ASSERT_EQ(database.messages.size(), 1U);
   EXPECT_EQ(database.messages[0].signals.size(), 1U);
 }
 
-TEST(DbcLeftOut, IsListedTwentyTimesThenCounted) {
+TEST(DbcLeftOut, ListsTwentyThenCounts) {
   std::string text;
   for (int id = 1; id <= 50; ++id) text += message(id, signal("Vin", "0|136"));
   const Database database = parse_dbc(text, "car.dbc");

@@ -84,7 +84,7 @@ void expect_same_layout(const Message& message, const Signal& signal, const json
   }
 }
 
-TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
+TEST(RealDatabases, HaveTheLayoutsOfAnIndependentReader) {
   if (!recorded::at_hand(names.size())) return;
   for (const char* name : names) {
     SCOPED_TRACE(name);
@@ -107,7 +107,7 @@ TEST(RealDatabases, HaveTheLayoutsThatAnIndependentReaderFinds) {
   }
 }
 
-/// A frame with the payload's signals alone, set by their physical values.
+/// A frame in which only the signals of the payload are set, from their physical values.
 Frame encoded_again(const Message& message, const std::vector<std::uint8_t>& payload) {
   MessageEncoder encoder(message);
   for (const Signal& signal : message.signals) {
@@ -122,7 +122,7 @@ Frame encoded_again(const Message& message, const std::vector<std::uint8_t>& pay
   return encoder.frame(0);
 }
 
-/// Binds the message's signals, as many as a frame may give; none of their values is suspected.
+/// Binds the message's signals, up to the limit of a frame. Their first values are accepted.
 std::vector<SignalBinding> bindings_of(const Message& message) {
   std::vector<SignalBinding> bindings;
   for (const Signal& signal : message.signals) {

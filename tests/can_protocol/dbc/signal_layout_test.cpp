@@ -121,7 +121,7 @@ TEST(SignalLayout, RoundsToTheNearestRawValueAndSaturates) {
       EXPECT_EQ(bits_for(signal, physical), bits) << int{signal.length} << ' ' << physical;
 }
 
-TEST(AsWritten, HasTheDecimalsOfFactorAndOffsetIfTheyDescribeTheValue) {
+TEST(AsWritten, HasTheDecimalsOfFactorAndOffset) {
   const auto scaled = [](double scale, double offset = 0.0,
                          ValueType type = ValueType::signed_integer) {
     return SignalLayout{.scale = scale, .offset = offset, .type = type};
@@ -145,7 +145,7 @@ TEST(AsWritten, HasTheDecimalsOfFactorAndOffsetIfTheyDescribeTheValue) {
   EXPECT_TRUE(std::isnan(as_written(scaled(1e-300), std::nan(""))));
 }
 
-TEST(SignalLayout, KnowsWhichMultiplexedSignalsAPayloadHolds) {
+TEST(SignalLayout, KnowsWhichMultiplexedSignalsArePresent) {
   const Database database = parse_dbc(R"(BO_ 1 A: 8 X
  SG_ Root M : 0|8@1+ (1,0) [0|0] "" X
  SG_ Inner m1M : 8|8@1+ (1,0) [0|0] "" X

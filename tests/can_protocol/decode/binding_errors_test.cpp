@@ -47,7 +47,7 @@ std::string for_signal(const SignalBinding& wanted) {
                      wanted.signals[0]);
 }
 
-TEST(NameHints, NameTheNearestOrTheSignalOfAnyMessageThatFitsByUnitAndWords) {
+TEST(NameHints, SuggestTheNearestNameOrAFittingSignal) {
   EXPECT_EQ(for_message(binding("yaw_rate", "IMU", "Yaw", Unit::deg_per_s)),
             "; the nearest is 'Imu'");
   EXPECT_EQ(for_signal(binding("wheel_rear_left", "ABS_1", "WhlSpeedRL", Unit::km_per_h)),
@@ -62,7 +62,7 @@ TEST(NameHints, NameTheNearestOrTheSignalOfAnyMessageThatFitsByUnitAndWords) {
             "; signal 'Angle' (deg) of message 'Steer' would fit");
 }
 
-TEST(NameHints, KnowAbbreviationsAndInitials) {
+TEST(NameHints, UseAbbreviationsAndInitials) {
   for (const auto& [role, signal] :
        {std::pair{"wheel_front_left", "WhlSpdFL"}, std::pair{"wheel_front_right", "WhlSpdFR"},
         std::pair{"wheel_rear_left", "WhlSpdRL"}, std::pair{"wheel_rear_right", "WhlSpdRR"}})
@@ -71,7 +71,7 @@ TEST(NameHints, KnowAbbreviationsAndInitials) {
         << role;
 }
 
-TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
+TEST(NameHints, DoNotSuggestASignalThatOnlySharesAUnitOrAWord) {
   // The databases have a speed, but no name of a motor; and a yaw angle, but in another unit.
   EXPECT_THAT(for_message(binding("motor", "Inverter", "Speed", Unit::rpm)),
               Not(HasSubstr("ROLL_RATE")));
@@ -81,7 +81,7 @@ TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
               AllOf(HasSubstr("odom dbc show car.dbc"), Not(HasSubstr("Imu"))));
 }
 
-TEST(NameHints, StayInTheMessageForAConditionOfIt) {
+TEST(NameHints, StayInTheMessageForConditions) {
   const Message& steer = *find_message(databases()[0], "Steer");
   EXPECT_EQ(nearest_signal_hint(steer, "Anlge"), "; the nearest is 'Angle'");
   EXPECT_EQ(nearest_signal_hint(Message{}, "Angle"), "");
@@ -145,7 +145,7 @@ TEST(DecoderErrors, NameTheRoleTheNearestNameAndTheFix) {
             "end-to-end protection: no message 'IMUU' in car.dbc; the nearest is 'IMU'\n");
 }
 
-TEST(DecoderErrors, ReportUnitsAndFactorsThatNoValueComesOutOf) {
+TEST(DecoderErrors, ReportUnusableUnitsAndFactors) {
   for (const auto& [scaling, error] :
        {std::pair{"(0.01,0) [0|0] \"mph\"",
                   "signal 'role_1': unit 'm/s' contradicts 'mph' of signal 'W.V' in car.dbc:2; "

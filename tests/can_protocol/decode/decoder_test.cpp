@@ -7,7 +7,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "can_protocol/decode/e2e_trust.hpp"
+#include "can_protocol/decode/e2e.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 #include "can_protocol/decode/units.hpp"
 #include "tests/allocation_count.hpp"
@@ -93,7 +93,7 @@ TEST(Decoder, ConvertsUnitsThenScaleThenOffset) {
   EXPECT_THAT(rig.values_of(wheels.frame(0)), ElementsAre(Pair(3, DoubleEq(10.0))));
 }
 
-TEST(Decoder, TurnsRotationsOfAWheelIntoItsSpeed) {
+TEST(Decoder, ConvertsRotationsOfAWheelToItsSpeed) {
   const std::vector<Database> databases{
       parse_dbc("BO_ 1 M: 8 X\n SG_ V : 0|32@1+ (0.01,0) [0|0] \"\" X\n", "car.dbc")};
   constexpr double radius = 0.05;
@@ -128,7 +128,7 @@ TEST(Decoder, SumsSignals) {
   EXPECT_NEAR(rig.samples()[0].value, -29.3 * std::numbers::pi / 180.0, 1e-12);
 }
 
-TEST(Decoder, MakesADirectionOfItsValues) {
+TEST(Decoder, ConvertsADirection) {
   SignalBinding gear = bind(1, "STEER", "Gear");
   gear.forward = 1.0;
   gear.reverse = 2.0;
@@ -141,7 +141,7 @@ TEST(Decoder, MakesADirectionOfItsValues) {
   }
 }
 
-TEST(Decoder, SeesMultiplexedSignalsOnlyWhenTheyArePresent) {
+TEST(Decoder, DecodesMultiplexedSignalsOnlyIfPresent) {
   Rig rig({bind(1, "MIXED", "Speed", Unit::m_per_s)});
   EXPECT_THAT(rig.values_of(raw_frame(33, IdFormat::standard, {2, 40, 0})),
               ElementsAre(Pair(1, 10.0)));
@@ -154,7 +154,7 @@ TEST(Decoder, SeesMultiplexedSignalsOnlyWhenTheyArePresent) {
     EXPECT_EQ(never.decode(raw_frame(33, IdFormat::standard, {page, 7})), FrameVerdict::no_sample);
 }
 
-TEST(Decoder, TakesNothingOfAPayloadThatEndsBeforeABoundSignal) {
+TEST(Decoder, RejectsAPayloadThatEndsBeforeABoundSignal) {
   Rig rig({bind(1, "WHEELS", "Left"), bind(2, "WHEELS", "Right")});
   const Frame whole = raw_frame(416, IdFormat::extended, {1, 0, 2, 0});
   EXPECT_EQ(rig.decode(whole), FrameVerdict::decoded);  // unbound signals may be missing
@@ -177,7 +177,7 @@ TEST(Decoder, DistinguishesIdentifiersOfBothFormats) {
   }
 }
 
-TEST(Decoder, TakesDataFramesOfTheBindingsBusOnly) {
+TEST(Decoder, AcceptsDataFramesOfTheBoundBusOnly) {
   SignalBinding left = bind(1, "WHEELS", "Left");
   left.bus = "can1";
   Rig rig({left, bind(2, "IMU", "Yaw")});
@@ -261,7 +261,7 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   EXPECT_EQ(counters.last_time_ns.get(), 500U);
 }
 
-TEST(E2eTrust, ReturnsAtOnceAfterFewFailuresAndOnceTheWindowIsPastAfterMany) {
+TEST(E2eTrust, ReturnsAtOnceAfterFewFailuresAndLaterAfterMany) {
   E2eTrust trust;
   const auto fail = [&](int times) {
     for (int i = 0; i < times; ++i) (void)trust.after(E2eStatus::error);
@@ -278,7 +278,7 @@ TEST(E2eTrust, ReturnsAtOnceAfterFewFailuresAndOnceTheWindowIsPastAfterMany) {
   EXPECT_EQ(refused(), E2eTrust::window - E2eTrust::max_failed - 1);
 }
 
-TEST(E2eTrust, IsNotShakenByAGatewayThatRepeatsEveryFrame) {
+TEST(E2eTrust, SurvivesAGatewayThatRepeatsEveryFrame) {
   E2eTrust trust;
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(trust.after(E2eStatus::ok));
@@ -286,7 +286,7 @@ TEST(E2eTrust, IsNotShakenByAGatewayThatRepeatsEveryFrame) {
   }
 }
 
-TEST(Decoder, TakesLongAndShortNamesForTheSameMessage) {
+TEST(Decoder, FindsAMessageByLongAndShortNames) {
   const std::vector<Database> databases{
       parse_dbc(std::string(car) + "BA_ \"SystemMessageLongSymbol\" BO_ 416 \"INERTIAL_SENSOR\";\n"
                                    "BA_ \"SystemSignalLongSymbol\" SG_ 416 Yaw \"YAW_RATE\";\n",

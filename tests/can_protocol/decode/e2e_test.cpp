@@ -77,7 +77,7 @@ TEST(E2eProtect, YieldsThePublishedVectorsOfProfile2And22) {
   }
 }
 
-TEST(E2eProtect, CountsRoundInEachProfile) {
+TEST(E2eProtect, CounterWrapsInEachProfile) {
   for (const auto& [profile, last] :
        {std::pair{E2eProfile::p01, 14}, {E2eProfile::p22, 15}, {E2eProfile::counter, 15}}) {
     E2eBinding with = binding(profile);
@@ -103,7 +103,7 @@ std::vector<E2eBinding> every_kind() {
   return kinds;
 }
 
-TEST(E2eCheck, AcceptsWhatItsOwnSideProtectsAndNothingThatIsFlippedOnTheWay) {
+TEST(E2eCheck, AcceptsProtectedPayloadsAndRejectsEveryFlippedBit) {
   for (const E2eBinding& kind : every_kind()) {
     const E2eProtection protection(message(), kind);
     E2eState sender;
@@ -186,7 +186,7 @@ TEST_F(E2eSequence, RecoversFromAnyLossWithTheNextFrame) {
   }
 }
 
-TEST_F(E2eSequence, DoesNotLookAtPadding) {
+TEST_F(E2eSequence, IgnoresPadding) {
   protection_.protect(payload_, sender_);
   std::array<std::uint8_t, 12> padded{};
   std::copy(payload_.begin(), payload_.end(), padded.begin());
@@ -201,7 +201,7 @@ TEST_F(E2eSequence, RefusesTheCounterThatProfile1Reserves) {
   EXPECT_EQ(check(payload_), E2eStatus::error);
 }
 
-TEST(E2ePlain, CounterAloneSeesSequenceOnly) {
+TEST(E2ePlain, CounterAloneChecksTheSequenceOnly) {
   E2eBinding plain = binding(E2eProfile::counter);
   plain.crc_signal.clear();
   plain.counter_signal = "Wide";  // three bits

@@ -3,7 +3,7 @@
 #include <linux/can/raw.h>
 
 #include "can_protocol/dbc/message_index.hpp"
-#include "can_protocol/sources/kernel_frame.hpp"
+#include "can_protocol/sources/frame_receiver.hpp"
 #include "tests/can_protocol/decode/one_binding.hpp"
 #include "tests/gtest.hpp"
 
@@ -84,7 +84,7 @@ TEST(J1939, MatchesByGroupNumber) {
   }
 }
 
-TEST(J1939, IsTakenFromOneSourceIfThatIsAsked) {
+TEST(J1939, UsesOnlyTheConfiguredSource) {
   const Database database =
       parse_dbc(message("M", id_of(6, 254, 191, 0xFE)) + by_protocol, "truck.dbc");
   Decoder decoder = decoder_for(
@@ -98,7 +98,7 @@ TEST(J1939, IsTakenFromOneSourceIfThatIsAsked) {
             2U);
 }
 
-TEST(J1939, TellsMessagesOfAGroupApartByTheirAddresses) {
+TEST(J1939, DistinguishesMessagesOfAGroupByAddress) {
   const Database database = parse_dbc(
       message("A", id_of(3, 240, 4, 0)) + message("B", id_of(3, 240, 4, 1)) + by_frame_format,
       "truck.dbc");

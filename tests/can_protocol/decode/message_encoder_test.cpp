@@ -24,7 +24,7 @@ SG_MUL_VAL_ 2147483653 Deep Inner 7-7;
 SG_MUL_VAL_ 2147483653 Simple Root 0-0;
 )";
 
-TEST(MessageEncoder, MakesFramesOfItsMessage) {
+TEST(MessageEncoder, EncodesItsMessage) {
   MessageEncoder encoder(message(nested));
   const Frame frame = encoder.frame(42, 3);
   constexpr std::array<std::uint8_t, max_payload> zeros{};
@@ -47,7 +47,7 @@ TEST(MessageEncoder, SelectsAMultiplexedSignalThroughAllItsMultiplexors) {
   EXPECT_THAT(bytes(1), ElementsAre(0));
 }
 
-TEST(MessageEncoder, RefusesWhatItCannotSend) {
+TEST(MessageEncoder, RefusesValuesThatItCannotSend) {
   MessageEncoder encoder(message(nested));
   EXPECT_EQ(message_of([&] { encoder.set("Deeep", 1.0); }),
             "message 'A' has no signal 'Deeep'; the nearest is 'Deep'");

@@ -61,7 +61,7 @@ TEST(Units, AreAllThatThePageLists) {
   EXPECT_GT(spellings, 40);
 }
 
-TEST(Units, AreUnknownWhenTheyAreNoneOfOurs) {
+TEST(Units, AreUnknownIfNoRoleAcceptsThem) {
   for (const char* text : {"", "SED", "%/s", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
     EXPECT_EQ(unit_of_text(text), std::nullopt) << text;
   // Some of them measure something else.
@@ -83,7 +83,7 @@ TEST(NearestName, DistinguishesATypoFromAnotherWord) {
     EXPECT_EQ(resembles(typo, name), alike) << typo;
 }
 
-TEST(NearestName, FindsTheOneWithTheFewestEdits) {
+TEST(NearestName, FindsTheNameWithTheFewestEdits) {
   const std::vector<std::string> names{"WHEEL_FL", "WHEEL_FR", "STEER", "yaw_rate"};
   for (const auto& [name, nearest] : {std::pair{"WHEEL_FX", "WHEEL_FL"},  // the first of equals
                                       {"WHEL_FR", "WHEEL_FR"},
@@ -96,7 +96,7 @@ TEST(NearestName, FindsTheOneWithTheFewestEdits) {
   EXPECT_EQ(nearest_hint("Steer", names), "; the nearest is 'STEER'");
 }
 
-TEST(NearestName, IsLikelyWhereItResemblesOrWasCutShort) {
+TEST(NearestName, IsLikelyIfSimilarOrAbbreviated) {
   const std::vector<std::string> names{"plot", "pose", "evaluate", "seed", "speed"};
   for (const auto& [name, likely] : {std::pair{"eval", "evaluate"},
                                      {"evalaute", "evaluate"},

@@ -84,7 +84,7 @@ TEST(ValidWhen, HoldsIfAllConditionsDo) {
   }
 }
 
-TEST(UnlessRaw, DropsItsValuesAtAnyTime) {
+TEST(UnlessRaw, RejectsItsValuesAtAnyTime) {
   using Pattern = UnlessRaw::Pattern;
   for (int length = 2; length < 22; ++length)
     for (const char sign : {'+', '-'}) {
@@ -106,7 +106,7 @@ TEST(UnlessRaw, DropsItsValuesAtAnyTime) {
     }
 }
 
-TEST(UnlessRaw, IsRefusedForWhatASignalNeverHas) {
+TEST(UnlessRaw, RefusesValuesThatTheSignalNeverHas) {
   SignalBinding never = binding();
   never.unless_raw = UnlessRaw{UnlessRaw::Pattern::listed, {256}};
   EXPECT_THAT(refusal_of(signal("S", 0, 8), never), HasSubstr("never has the raw value 256"));
@@ -116,7 +116,7 @@ TEST(UnlessRaw, IsRefusedForWhatASignalNeverHas) {
               HasSubstr("floating-point"));
 }
 
-TEST(FirstValues, AtAnEndOfTheRangeAreNotBelievedBeforeAnother) {
+TEST(FirstValues, AtAnEndOfTheRangeAreRejectedUntilAnother) {
   for (int length = 8; length < 28; ++length)
     for (const char sign : {'+', '-'}) {
       SCOPED_TRACE(fmt::format("{} bits {}", length, sign));
@@ -140,7 +140,7 @@ TEST(FirstValues, AtAnEndOfTheRangeAreNotBelievedBeforeAnother) {
     }
 }
 
-TEST(FirstValues, AreBelievedWhereAllOnesMeanSomething) {
+TEST(FirstValues, AreAcceptedIfAllOnesAreMeaningful) {
   for (int length = 1; length < 8; ++length) {
     Rig flag(signal("S", 0, length), binding());
     EXPECT_TRUE(flag.decode_bits(~std::uint64_t{0})) << length;

@@ -1,12 +1,11 @@
-// The log clock of live pipes: clocks that are stepped, fast or slow, and delayed lines; and steps
-// of the clock that stamps their lines.
+// The log clock for live pipes: clocks that are stepped, fast or slow; delayed lines; and steps of
+// the clock that stamps the lines.
 #include "can_protocol/sources/arrivals.hpp"
 
 #include <functional>
 #include <optional>
 #include <random>
 
-#include "can_protocol/sources/live_stamps.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::can::arrivals_test {
@@ -71,7 +70,7 @@ TEST(Arrivals, FollowAClockThatIsSteppedOrRunsAtAnotherRate) {
   }
 }
 
-TEST(Arrivals, LeaveTheClockWhereLinesAreHeldUp) {
+TEST(Arrivals, KeepTheClockWhileLinesAreDelayed) {
   std::mt19937 random(7);
   const auto jitter = [&random](std::int64_t most_ns) {
     return [&random, most_ns](std::int64_t) {
@@ -102,7 +101,7 @@ TEST(Arrivals, LeaveTheClockWhereLinesAreHeldUp) {
   EXPECT_LE(play({"much jitter", same, jitter(40 * ms)}, 60 * s).count, 3);
 }
 
-TEST(Arrivals, KeepTheClockThatAnotherPipeIsInTimeWith) {
+TEST(Arrivals, KeepTheClockWhileAnotherPipeIsInTime) {
   LogClock clock(0, period);
   Arrivals prompt(clock, lead, most);
   Arrivals late(clock, lead, most);
@@ -117,7 +116,7 @@ TEST(Arrivals, KeepTheClockThatAnotherPipeIsInTimeWith) {
 
 // Steps of the clock that stamps a live log ----------------------------------------------------
 
-TEST(LiveStamps, SeparateStepsOfTheClockFromPausesOfTheBus) {
+TEST(LiveStamps, DistinguishClockStepsFromPauses) {
   using Input = LiveStamps::Input;
   struct Frame {
     std::int64_t stamp;  ///< after the stamp of the frame before

@@ -4,7 +4,6 @@
 
 #include <functional>
 
-#include "can_protocol/sources/log_format.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 #include "tests/gtest.hpp"
@@ -53,7 +52,7 @@ Outcome read(const std::string& text, Damage damage = Damage::left_out) {
 
 // Lines -------------------------------------------------------------------------------------------
 
-TEST(LogLines, PassesOverWhatCanplayerPassesOver) {
+TEST(LogLines, SkipsTheLinesThatCanplayerSkips) {
   for (const std::string_view line :
        {"DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)", "# lap 3, wet", "; wet",
         "// lap #3", "lap 3", "\tlap", "na\xEFve", "Disabled standard output",
@@ -108,7 +107,7 @@ struct Foreign {
   std::string way;
 };
 
-TEST(LogFormat, NamesWhatTheFileIsAndTheWayToACandumpLog) {
+TEST(LogFormat, NamesTheFormatAndItsConversion) {
   const std::string trc =
       "\n;---+--   ----+----  --+--\n     1)         0.1  Rx         0123  4  64\n";
   const std::vector<Foreign> files{
@@ -187,7 +186,7 @@ Outcome read(const std::vector<Frame>& frames, const FrameSelection& selected = 
   });
 }
 
-TEST(LogStamps, LeaveOutFramesWhoseStampsStandAlone) {
+TEST(LogStamps, LeaveOutFramesWithIsolatedStamps) {
   for (const std::int64_t off : {-3600 * s, -10 * s, 400 * ms, 900 * ms, 10 * s, 3600 * s})
     for (const std::size_t at :
          {std::size_t{0}, std::size_t{1}, std::size_t{200}, count - 2, count - 1})
@@ -229,7 +228,7 @@ TEST(LogStamps, KeepStepsPausesAndSmallDisorder) {
   }
 }
 
-TEST(LogStamps, OfUnselectedFramesDoNotCount) {
+TEST(LogStamps, OfUnselectedFramesAreIgnored) {
   std::vector<Frame> frames;
   std::vector<std::int64_t> expected;
   for (std::size_t i = 0; i < count; ++i) {
@@ -245,7 +244,7 @@ TEST(LogStamps, OfUnselectedFramesDoNotCount) {
               ElementsAre(HasSubstr("none of its 1600 frames is of a mapped message")));
 }
 
-TEST(LogStamps, RefuseTheTimeSinceTheFrameBefore) {
+TEST(LogStamps, RefuseTimesSinceThePreviousFrame) {
   const std::function<std::int64_t(std::size_t)> logs[]{
       [](std::size_t i) { return i == 0 ? 0 : (i % 2 == 0 ? 4435 : 565) * 1000LL; },
       [](std::size_t i) { return (5000 + static_cast<std::int64_t>(i * i % 7)) * 1000LL; },

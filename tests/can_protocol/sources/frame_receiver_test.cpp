@@ -65,7 +65,7 @@ TEST(FromKernel, ReadsEveryKindOfFrame) {
   EXPECT_FALSE(from_kernel(raw_frame(0x120, 8), 0));
 }
 
-TEST(ExactFilters, MatchTheirDataFramesAlone) {
+TEST(ExactFilters, MatchOnlyTheirDataFrames) {
   const std::vector<std::uint32_t> keys{frame_key(0x120, IdFormat::standard),
                                         frame_key(0x120, IdFormat::extended),
                                         frame_key(0x120, IdFormat::standard)};
@@ -84,7 +84,7 @@ TEST(ExactFilters, MatchTheirDataFramesAlone) {
   EXPECT_EQ(passes(0x0001'0120 | CAN_EFF_FLAG), 0);
 }
 
-TEST(ExactFilters, AreLeftOutWhenTheKernelTakesNotSoMany) {
+TEST(ExactFilters, AreEmptyBeyondTheKernelsLimit) {
   std::vector<std::uint32_t> keys;
   for (std::uint32_t id = 0; id < CAN_RAW_FILTER_MAX; ++id) keys.push_back(id);
   EXPECT_EQ(exact_filters(keys).size(), std::size_t{CAN_RAW_FILTER_MAX});
@@ -172,7 +172,7 @@ TEST_F(FrameReceiverTest, StampsFramesOnTheMonotonicClock) {
   EXPECT_EQ(counters_.lost.get(), 0U);
 }
 
-TEST_F(FrameReceiverTest, FallsBackWhereAStampIsMissing) {
+TEST_F(FrameReceiverTest, FallsBackIfAStampIsMissing) {
   {
     FrameReceiver receiver(0, StampSource::software);
     send(raw_frame(1, 0));
@@ -192,7 +192,7 @@ TEST_F(FrameReceiverTest, FallsBackWhereAStampIsMissing) {
   EXPECT_EQ(counters_.stamp_fallbacks.get(), 1U) << "a software stamp";
 }
 
-TEST_F(FrameReceiverTest, CarriesOverWhatADrainHasNoRoomFor) {
+TEST_F(FrameReceiverTest, CarriesOverFramesThatDoNotFit) {
   ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
   for (canid_t id = 0; id < 100; ++id) send(raw_frame(id, 8));
   canid_t next = 0;
@@ -203,7 +203,7 @@ TEST_F(FrameReceiverTest, CarriesOverWhatADrainHasNoRoomFor) {
   EXPECT_TRUE(receive(receiver_).empty());
 }
 
-TEST_F(FrameReceiverTest, TakesNoMoreThanItsMaximumInOneCall) {
+TEST_F(FrameReceiverTest, LimitsTheFramesPerCall) {
   const int large = 8 << 20;  // the kernel grants less, but enough for these frames
   ASSERT_EQ(::setsockopt(receiving_.get(), SOL_SOCKET, SO_RCVBUF, &large, sizeof large), 0);
   for (canid_t id = 0; id < 300; ++id) send(raw_frame(id, 8));
@@ -211,7 +211,7 @@ TEST_F(FrameReceiverTest, TakesNoMoreThanItsMaximumInOneCall) {
   EXPECT_EQ(receive(receiver_, 5000).size(), 300 - max_frames_per_drain);
 }
 
-TEST_F(FrameReceiverTest, CountsWhatTheKernelDropped) {
+TEST_F(FrameReceiverTest, CountsFramesThatTheKernelDropped) {
   const int small = 4096;
   ASSERT_EQ(::setsockopt(receiving_.get(), SOL_SOCKET, SO_RCVBUF, &small, sizeof small), 0);
   ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
@@ -225,7 +225,7 @@ TEST_F(FrameReceiverTest, CountsWhatTheKernelDropped) {
   EXPECT_EQ(received + counters_.lost.get(), sent + 1);
 }
 
-TEST_F(FrameReceiverTest, CountsErrorFramesAndWhatIsNone) {
+TEST_F(FrameReceiverTest, CountsErrorFramesAndMalformedFrames) {
   canfd_frame overflow = raw_frame(CAN_ERR_FLAG | CAN_ERR_CRTL, 8);
   overflow.data[1] = CAN_ERR_CRTL_RX_OVERFLOW;
   send(overflow);

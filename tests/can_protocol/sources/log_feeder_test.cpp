@@ -84,7 +84,7 @@ std::string line_at(std::int64_t stamp_ns) {
 
 // The clock of the log ----------------------------------------------------------------------------
 
-TEST(AlignedRelease, PutsMultiplesOfThePeriodOnTicks) {
+TEST(AlignedRelease, AlignsMultiplesOfThePeriodWithTicks) {
   for (const std::int64_t first_tick : {0LL, 17LL, 123'456'789LL, 990'000'000'000'001LL})
     for (const std::int64_t stamp : {0LL, 1LL, 69'964'000LL, 1'760'000'000'069'964'000LL})
       for (const std::int64_t earliest : {1LL, 5'000'000LL, 123'456'790LL, 77'777'777'777LL}) {
@@ -95,7 +95,7 @@ TEST(AlignedRelease, PutsMultiplesOfThePeriodOnTicks) {
       }
 }
 
-TEST(LogClock, IsSetByTheFirstFrameAndPutForwardWhereItsFirstLineCameLate) {
+TEST(LogClock, IsSetByTheFirstFrameAndAdvancedIfThatWasLate) {
   LogClock clock(0, period);
   const std::int64_t stamp = 1'000'000'000'000;
   EXPECT_FALSE(clock.offset_ns());
@@ -123,7 +123,7 @@ TEST(SmallestDelay, IsNotReportedForAProducerFasterThanRealTime) {
 
 // The hand-over -----------------------------------------------------------------------------------
 
-TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
+TEST(LogFeeder, KeepsTheSpacingOfStampsAndTheTicksOfAReplay) {
   std::string text;
   std::vector<std::int64_t> stamps;
   for (int i = 0; i < 40; ++i) {
@@ -159,7 +159,7 @@ TEST(LogFeeder, HoldsAFrameBackUntilItsTick) {
   EXPECT_EQ(drain(log.feeder, 1, tick + 1000).size(), 1U);
 }
 
-TEST(LogFeeder, ReleasesBackwardStampsAtOnceAndIsNotSetByAStampOfZero) {
+TEST(LogFeeder, ReleasesBackwardAndZeroStampsAtOnce) {
   Played log(
       "(0.000000) can0 001#\n(5000.000000) can0 002#\n(1.000000) can0 003#\n"
       "(0.000000) can0 004#\n");
@@ -172,7 +172,7 @@ TEST(LogFeeder, ReleasesBackwardStampsAtOnceAndIsNotSetByAStampOfZero) {
   EXPECT_EQ(frames[3].time_ns, 0);
 }
 
-TEST(LogFeeder, CountsErrorFramesAndKeepsThemToItself) {
+TEST(LogFeeder, CountsErrorFramesWithoutDeliveringThem) {
   Played log(
       "(1.000000) can0 20000004#0001000000000000\n"
       "(1.000000) can0 20000040#0000000000000000\n(1.000000) can0 002#R\n");
@@ -185,7 +185,7 @@ TEST(LogFeeder, CountsErrorFramesAndKeepsThemToItself) {
   EXPECT_EQ(log.feeder.counters().received.get(), 1U);
 }
 
-TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
+TEST(LogFeeder, CountsLinesWithoutAFrameAndContinues) {
   std::string text = "(1.000000) can0 001#\nnonsense\n(1.000100) can0 0002#\n";
   for (char bus = '1'; bus <= '8'; ++bus) text += std::string("(1.000200) can") + bus + " 003#\n";
   text += "(1.000300) can0 004#\n(1.000400) can0 00";
@@ -198,7 +198,7 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
                           HasSubstr("drive.log:3: expected an identifier"), HasSubstr("can8")));
 }
 
-TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
+TEST(LogFeeder, GivesEachKindOfWarningOnce) {
   for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
     std::string still;
     for (int i = 0; i < 150; ++i) still += "(" + stamp + ") can0 102#00\n";
@@ -221,7 +221,7 @@ TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
 
 // A pipe ------------------------------------------------------------------------------------------
 
-TEST(LogFeeder, HandsOutAPipesFramesAsTheyCome) {
+TEST(LogFeeder, DeliversTheFramesOfAPipeAsTheyArrive) {
   Piped pipe;
   pipe.fifo.open_writer();
   EXPECT_EQ(pipe.feeder.link(), LinkState::up);
@@ -236,7 +236,7 @@ TEST(LogFeeder, HandsOutAPipesFramesAsTheyCome) {
   EXPECT_EQ(pipe.feeder.counters().malformed.get(), 0U);
 }
 
-TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
+TEST(LogFeeder, FollowsASteppedClockOfALivePipe) {
   Piped pipe;
   pipe.fifo.open_writer();
   std::int64_t stamp_ms = 1'700'000'000'000;
@@ -259,7 +259,7 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
               Contains(HasSubstr("the clock of the time stamps was stepped by 35")));
 }
 
-TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
+TEST(LogFeeder, FollowsALivePipeWhoseFirstLineWasLate) {
   constexpr std::int64_t offset = 1'000'000'000'000'000;  // of the sender's clock
   // Two periods of lead, one to the next tick of the grid, and a tolerance of two.
   constexpr std::int64_t good_lag = 30'000'000;
@@ -279,7 +279,7 @@ TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
   }));
 }
 
-TEST(LogFeeder, KnowsAtOnceHowLateALineIsThatThisMachineStamped) {
+TEST(LogFeeder, KnowsTheAgeOfALineWithThisMachinesStamp) {
   const std::int64_t offset = read_clock(CLOCK_REALTIME) - monotonic_now();
   Piped pipe;
   pipe.fifo.open_writer();
@@ -318,7 +318,7 @@ TEST(LogFeeder, EndsAtAnyMoment) {
   EXPECT_NE(with_a_full_ring.feeder.link(), LinkState::ended);
 }
 
-TEST(LogFeeder, PassesAFloodOnWholeThoughItsRingIsSmaller) {
+TEST(LogFeeder, DeliversAFloodThatExceedsItsRing) {
   Played log(flood);
   EXPECT_EQ(drain(log.feeder, 20'000).size(), 20'000U);
   EXPECT_GT(log.feeder.counters().carried_over.get(), 0U);

@@ -65,7 +65,7 @@ TEST(Candump, ReadsEveryKindOfFrame) {
   EXPECT_EQ(good("(1.000000) can0 12345678##3" + std::string(128, 'E')).frame.length, 64);
 }
 
-TEST(Candump, SaysWhatWasExpectedAndWhere) {
+TEST(Candump, ReportsWhatWasExpectedAndWhere) {
   const auto expect_bad = [](const std::string& text, const std::string& column_and_expected) {
     const CandumpLine line = parse_candump_line(text);
     EXPECT_FALSE(line.good()) << text;
@@ -120,7 +120,7 @@ TEST(Candump, WritesWhatItReads) {
   }
 }
 
-TEST(Candump, WritesNanosecondsWhenAskedAndCutsThemOffOtherwise) {
+TEST(Candump, WritesMicrosecondsOrNanoseconds) {
   Frame frame;
   frame.time_ns = 1'760'000'000'999'999'999;
   frame.id = 0x7FF;
@@ -171,9 +171,9 @@ TEST(LogReader, NumbersTheBusesInTheOrderOfTheirAppearance) {
   EXPECT_THAT(buses.all(), ElementsAre("can1", "can0"));
 }
 
-TEST(LogReader, KeepsTheDriveWhenTheLastLineIsCutOff) {
+TEST(LogReader, AcceptsATruncatedLastLineWithAWarning) {
   const std::string last = "(1.000100) can0 100#0";
-  std::vector<std::string> ends{std::string(5000, '\0')};  // of a power cut
+  std::vector<std::string> ends{std::string(5000, '\0')};  // as after a power cut
   for (std::size_t cut = 1; cut <= last.size(); ++cut) ends.push_back(last.substr(0, cut));
   for (const std::string& end : ends) {
     const TemporaryFile file("drive.log", "(1.000000) can0 100#01\n" + end);
@@ -208,13 +208,13 @@ TEST(LogReader, RefusesALogWithoutAFrameOrWithADamagedLine) {
               AllOf(StartsWith(":9: "), HasSubstr("can8"), HasSubstr("at most 8")));
 }
 
-TEST(LogReader, RefusesWhatIsNoReadableFile) {
+TEST(LogReader, RefusesUnreadableFiles) {
   EXPECT_THAT(error_of("/nonexistent/drive.log"),
               AllOf(StartsWith("/nonexistent/drive.log: No such file"), HasSubstr("candump")));
   EXPECT_THAT(error_of("/"), HasSubstr("is a directory"));
 }
 
-TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
+TEST(LogReader, ReadsLinesAcrossTheEdgeOfItsBuffer) {
   std::string text;
   constexpr std::uint32_t frames = 20'000;  // fills several buffers
   for (std::uint32_t i = 0; i < frames; ++i)
@@ -230,7 +230,7 @@ TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
   EXPECT_TRUE(written == text) << written.size();
 }
 
-TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {
+TEST(MergedLog, OrdersByStampThenByTheOrderOfTheLogs) {
   const TemporaryFile first("first.log",
                             "(1.000000) can0 001#\n(3.000000) can0 003#\n(3.000000) can0 004#\n");
   const TemporaryFile second("second.log",
@@ -249,7 +249,7 @@ TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {
   EXPECT_THAT(log.warnings()[0], HasSubstr("second.log:4"));
 }
 
-TEST(MergedLog, KnowsWhereItsNewestFrameCameFrom) {
+TEST(MergedLog, KnowsThePositionOfItsNewestFrame) {
   const TemporaryFile a("a.log", "(1.000000) can0 001#\n\n(3.000000) can0 003#\n");
   const TemporaryFile b("b.log", "(2.000000) can0 002#\n");
   BusNames buses;
@@ -261,7 +261,7 @@ TEST(MergedLog, KnowsWhereItsNewestFrameCameFrom) {
   }
 }
 
-TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
+TEST(RealDrives, AreReadCompletelyAndWrittenBackUnchanged) {
   std::vector<std::string> drives(recorded::drives.begin(), recorded::drives.end());
   drives.insert(drives.end(), recorded::drives_with_config.begin(),
                 recorded::drives_with_config.end());

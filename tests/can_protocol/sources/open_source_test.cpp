@@ -21,7 +21,7 @@ bool kernel_has_can() {
   return static_cast<bool>(FileDescriptor(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, 1)));
 }
 
-TEST(SourceKind, GoesByTheNameOrAFileOfThisName) {
+TEST(SourceKind, DependsOnTheNameAndOnExistingFiles) {
   const TemporaryFile file("drive", "");
   const auto before = std::filesystem::current_path();
   std::filesystem::current_path(file.directory());
@@ -37,7 +37,7 @@ TEST(SourceKind, GoesByTheNameOrAFileOfThisName) {
   std::filesystem::current_path(before);
 }
 
-TEST(SourceKind, RefusesWhatCanBeNeither) {
+TEST(SourceKind, RefusesImpossibleNames) {
   for (const char* const name : {"", ".", "..", "can 0", "can:0", "an-interface-16c", "can0\n"})
     EXPECT_THROW((void)source_kind(name), std::invalid_argument) << name;
 }
@@ -60,7 +60,7 @@ TEST_F(OpenSource, RefusesOneBusTooMany) {
   EXPECT_THROW((void)open_source("can8", buses, clock, {}), std::invalid_argument);
 }
 
-TEST_F(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
+TEST_F(OpenSource, WaitsForAnInterfaceOrReportsAKernelWithoutCan) {
   if (kernel_has_can()) {
     const auto source = open_source("odomd-test-none", buses, clock, {});
     EXPECT_EQ(source->link(), LinkState::gone);
@@ -73,7 +73,7 @@ TEST_F(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
 }
 
 // Real controllers are tested in the lab.
-TEST(Controller, IsNoneWhereThereIsNoSuchInterfaceOrItIsNotCanAndNothingIsSaidAboutIt) {
+TEST(Controller, IsEmptyWithoutOutputIfTheInterfaceIsMissingOrNotCan) {
   testing::internal::CaptureStderr();
   for (const char* const name :
        {"no-such-bus", "lo", "", "an interface's name is never as long as this one"})

@@ -44,7 +44,7 @@ void feed(DeviceClock& clock, const Device& device, std::int64_t from, std::int6
     ASSERT_LE(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
 }
 
-TEST(DeviceClock, IsFollowedToTheSmallestLatency) {
+TEST(DeviceClock, ConvertsUpToTheSmallestLatency) {
   for (const std::int64_t drift_per_million : {-100, -50, 0, 50, 100}) {
     const Device device{-123'456'789'012, drift_per_million};
     DeviceClock clock;
@@ -61,7 +61,7 @@ TEST(DeviceClock, IsFollowedToTheSmallestLatency) {
   }
 }
 
-TEST(DeviceClock, FollowsAClockThatJumpsAheadOrStartsOverAtOnce) {
+TEST(DeviceClock, FollowsAJumpAheadOrARestartAtOnce) {
   for (const auto& [origin, later] : {std::pair{0 * s, 7 * s}, {500 * s, 0 * s}}) {
     Device device{origin, 0};
     DeviceClock clock;
@@ -72,7 +72,7 @@ TEST(DeviceClock, FollowsAClockThatJumpsAheadOrStartsOverAtOnce) {
   }
 }
 
-TEST(DeviceClock, FollowsAClockThatFallsBackALittleWithinTwoWindows) {
+TEST(DeviceClock, FollowsASmallBackwardStepWithinTwoWindows) {
   Device device;
   DeviceClock clock;
   feed(clock, device, 0, 3 * s);
@@ -82,7 +82,7 @@ TEST(DeviceClock, FollowsAClockThatFallsBackALittleWithinTwoWindows) {
   EXPECT_LE(std::abs(clock.to_monotonic(device.at(time), time + 10 * us) - time), 20 * us);
 }
 
-TEST(DeviceClock, IsRightAfterALongSilenceAndAfterOneLateSoftwareStamp) {
+TEST(DeviceClock, SurvivesALongSilenceAndALateSoftwareStamp) {
   // 80 ppm of a minute: 4.8 ms.
   for (const auto& [time, late, drift] : {std::tuple{63 * s, 10 * us, -80}, {3 * s, 30 * ms, 0}}) {
     const Device device{5 * s, drift};
@@ -126,7 +126,7 @@ TEST_F(StampGuardTest, GivesEveryStampItsVerdict) {
     EXPECT_EQ(check(time_ns), verdict) << time_ns;
 }
 
-TEST_F(StampGuardTest, KeepsBusesIdentifiersAndFormatsApart) {
+TEST_F(StampGuardTest, DistinguishesBusesIdentifiersAndFormats) {
   EXPECT_EQ(check(now - 5 * ms, 0x120, 0), StampVerdict::trusted);
   EXPECT_EQ(check(now - 5 * ms, 0x121, 0), StampVerdict::trusted);
   EXPECT_EQ(check(now - 6 * ms, 0x120, 1), StampVerdict::trusted);
@@ -134,13 +134,13 @@ TEST_F(StampGuardTest, KeepsBusesIdentifiersAndFormatsApart) {
   EXPECT_EQ(check(now - 6 * ms, 0x120, 0), StampVerdict::backwards);
 }
 
-TEST_F(StampGuardTest, StartsOverWhenTheClockWasSetBack) {
+TEST_F(StampGuardTest, RestartsWhenTheClockWasSetBack) {
   EXPECT_EQ(check(now), StampVerdict::trusted);
   EXPECT_EQ(check(now - StampGuard::restart_ns), StampVerdict::trusted);
   EXPECT_EQ(check(now - StampGuard::restart_ns + 1), StampVerdict::trusted);
 }
 
-TEST_F(StampGuardTest, GoesOnWhenItsTableIsFull) {
+TEST_F(StampGuardTest, ContinuesWhenItsTableIsFull) {
   for (std::uint32_t id = 0; id < 20'000; ++id)
     EXPECT_EQ(check(now - 5 * ms, id, 0, IdFormat::extended), StampVerdict::trusted);
   // Identifiers beyond the capacity are still checked for zero and future.

@@ -49,7 +49,7 @@ class DatabasesTest : public ConfigTest {
   }
 };
 
-TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
+TEST_F(DatabasesTest, TimeoutsDefaultToThreeCycleTimesOr100Ms) {
   Config config = load(head + wheel + gyro + steering);
   diagnostics::Diagnostics warnings;
   EXPECT_EQ(load_databases(config, warnings).size(), 1U);
@@ -62,7 +62,7 @@ TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
   EXPECT_EQ(timeout(Source::steering), 700'000'000);
 }
 
-TEST_F(DatabasesTest, WarnsOfWhatIsOddInMappedMessagesOnly) {
+TEST_F(DatabasesTest, WarnsAboutMappedMessagesOnly) {
   scratch_.write("car.dbc", database +
                                 "BO_ 300 ODD: 8 CAR\n"
                                 " SG_ Vin : 0|136@1+ (1,0) [0|0] \"\" CAR\n"
@@ -76,7 +76,7 @@ TEST_F(DatabasesTest, WarnsOfWhatIsOddInMappedMessagesOnly) {
               HasSubstr("it was left out in line 18: "));
 }
 
-TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
+TEST_F(DatabasesTest, WarnsAboutRolesThatTheModelUses) {
   const auto not_mapped = [&](const std::string& roles) { return Named("role_not_mapped", roles); };
   const auto model = [](const std::string& name) { return "[filter]\nmodel = '" + name + "'\n"; };
   EXPECT_THAT(further_warnings_of(wheel + model("paper")),
@@ -91,14 +91,14 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
               ElementsAre(not_mapped("only the wheels measure how the car turns")));
 }
 
-TEST_F(DatabasesTest, WarnsOfAServoWithoutACommand) {
+TEST_F(DatabasesTest, WarnsAboutAnActuatorWithoutSteering) {
   const std::string servo = "[steering]\ndelay = 0.06\n";
   EXPECT_THAT(further_warnings_of(wheel + gyro + servo),
               ElementsAre(Named("role_not_mapped"), Named("actuator_without_steering")));
   EXPECT_THAT(further_warnings_of(wheel + gyro + steering + servo), IsEmpty());
 }
 
-TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
+TEST_F(DatabasesTest, WarnsIfTheWindowCannotHoldAllSamples) {
   std::string many = database;
   scratch_.write("car.dbc", many.replace(many.rfind(" 10;"), 4, " 1;"));
   const std::string both = wheel + other + gyro + steering + "[filter]\nwindow = ";
@@ -129,7 +129,7 @@ motor = { message = 'WHEELS', signal = 'RL', unit = 'm/s' } -> signal 'motor': n
       "car.toml: [can.signals]: no speed is mapped; map wheel_rear, the four wheels or motor");
 }
 
-TEST_F(DatabasesTest, TakesALatencyThatTheWindowCoversOrTheModelIgnores) {
+TEST_F(DatabasesTest, AcceptsALatencyThatFitsTheWindow) {
   const std::string late =
       wheel + "motor = { message = 'WHEEL', signal = 'RR', unit = 'm/s', latency = 0.3 }\n";
   EXPECT_EQ(error_of(head + late + "[filter]\nwindow = 0.3\n"), "");
@@ -137,7 +137,7 @@ TEST_F(DatabasesTest, TakesALatencyThatTheWindowCoversOrTheModelIgnores) {
   EXPECT_EQ(error_of(head + wheel + "[camera]\nmax_latency = 0.25\n"), "");
 }
 
-TEST_F(DatabasesTest, TurnsBothAxesOfAnAccelerometerOrNone) {
+TEST_F(DatabasesTest, RotatesBothAxesOfAnAccelerometerOrNone) {
   const auto error = [&](const std::string& along, const std::string& across) {
     std::string text = head + wheel;
     if (!along.empty()) text += "accel_x = { unit = 'm/s2', " + along + " }\n";
@@ -155,13 +155,13 @@ TEST_F(DatabasesTest, TurnsBothAxesOfAnAccelerometerOrNone) {
   EXPECT_EQ(error(x, y + ", latency = 0.01"), begin + "give both the same latency");
 }
 
-TEST_F(DatabasesTest, RefusesADatabaseThatIsNotThere) {
+TEST_F(DatabasesTest, RefusesAMissingDatabase) {
   std::filesystem::remove(directory_ / "car.dbc");
   EXPECT_THAT(error_of(head + wheel),
               AllOf(StartsWith("car.dbc: cannot be read"), EndsWith("(a database for car.toml)")));
 }
 
-TEST_F(DatabasesTest, NumbersTheBusesThatBindingsNameAndRefusesOneThatNobodyListensTo) {
+TEST_F(DatabasesTest, NumbersNamedBusesAndRefusesUnknownOnes) {
   Config config = load(head + R"(
 wheel_rear_left = { message = "WHEEL", signal = "RL", unit = "m/s", bus = "can1" }
 wheel_rear_right = { message = "WHEEL", signal = "RR", unit = "m/s", bus = "can0" }
@@ -201,7 +201,7 @@ TEST(ConfigChecks, AcceptCarsOfAnySize) {
         << car.mass;
 }
 
-TEST(ConfigChecks, NameTheNumberThatIsInAnotherUnit) {
+TEST(ConfigChecks, WarnAboutNumbersInAnotherUnit) {
   struct Case {
     const char *warning, *text;
     void (*change)(Config&);

@@ -10,7 +10,7 @@ namespace {
 
 // Files that are not a configuration
 
-TEST_F(ConfigTest, RefusesWhatIsNoConfiguration) {
+TEST_F(ConfigTest, RefusesFilesThatAreNotConfigurations) {
   EXPECT_EQ(error(), "car.toml: cannot be read: No such file or directory; check the path");
   EXPECT_EQ(error_of(std::string("[vehicle]\nmass\0 = 3\n", 20)),
             "car.toml:2: holds a NUL byte; the file is damaged or not a text");
@@ -23,14 +23,14 @@ TEST_F(ConfigTest, RefusesWhatIsNoConfiguration) {
   EXPECT_EQ(error(), "car.toml: is a directory; name a file");
 }
 
-TEST_F(ConfigTest, RefusesWhatIsNotToml) {
+TEST_F(ConfigTest, RefusesInvalidToml) {
   EXPECT_THAT(error_of("[vehicle]\nmass = = 3\n"), StartsWith("car.toml:2: not TOML: "));
   EXPECT_THAT(error_of("a = \"\xff\xfe\"\n"), StartsWith("car.toml:1: not TOML: "));
   EXPECT_THAT(error_of("[vehicle\nx"), StartsWith("car.toml:1: not TOML: "));
   EXPECT_THAT(error_of("a = 1\na = 2\n"), StartsWith("car.toml:2: not TOML: "));
 }
 
-TEST_F(ConfigTest, RefusesWhatIsNestedTooDeep) {
+TEST_F(ConfigTest, RefusesDeepNesting) {
   std::string key = "a", tables = "\n";
   for (int i = 0; i < 50000; ++i) key += ".a", tables += "b={";
   for (const std::string& text : {key + " = 1", '[' + key + ']', "b = [1.5, {" + key + " = 1}]"})

@@ -187,7 +187,7 @@ TEST_F(ConfigTest, ReadsEveryKeyOfTheOtherTables) {
 }
 
 // The test of the page compares the other defaults.
-TEST_F(ConfigTest, TakesTheReferenceCarWithAWarningAndNoSensorsWhereTheFileIsSilent) {
+TEST_F(ConfigTest, DefaultsToTheReferenceCarWithAWarning) {
   Config config = load(small_bus);
   place_sockets(config, "/run/odomd");
   EXPECT_THAT(config.vehicle, FieldsAre(2.985, 0.175, 0.085, 0.0283384, 20.0, 60.0, 0.16, 0.0, 0.0,
@@ -226,7 +226,7 @@ signals.motor = { message = "M", signal = "S", unit = "m/s" }
   EXPECT_THAT(config.can.dbc, ElementsAre(directory_ / "a.dbc", "/etc/b.dbc"));
 }
 
-TEST(ConfigKeys, AreFoundByTableAndNameAndHaveTheirGroup) {
+TEST(ConfigKeys, AreFoundByPathAndHaveAGroup) {
   const auto group = [](std::string_view path) { return config_key(path)->group; };
   EXPECT_EQ(config_key("camera.lever_arm[2]")->name, "lever_arm");
   EXPECT_EQ(config_key("vehicle.driven")->table, "vehicle");

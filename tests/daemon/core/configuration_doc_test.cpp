@@ -77,7 +77,8 @@ std::map<std::string, std::vector<std::string>> listed_keys() {
   return all;
 }
 
-/// The default of each key in the table at the start of `text`; empty without such a column.
+/// The default of each key in the table at the start of `text`; empty if the table has no such
+/// column.
 std::map<std::string, std::string> listed_defaults(const std::string& text) {
   std::map<std::string, std::string> all;
   if (!text.starts_with("| key | default |")) return all;
@@ -98,7 +99,7 @@ class ConfigurationPage : public ConfigTest {
   }
 };
 
-/// Whether a key has the same value in both.
+/// Whether a key has the same value in both configurations.
 struct AreEqual {
   Config one, other;
   template <typename Value>

@@ -1,4 +1,4 @@
-// A car with a gyro and a wheel on a bus, and the pipeline that hears it.
+// A car with a gyro and a wheel on a bus, and the pipeline that receives its frames.
 #pragma once
 
 #include <bit>
@@ -80,7 +80,7 @@ struct Car {
   [[nodiscard]] const TickRecord& tick(std::int64_t at_ms) const {
     return pipeline->tick(static_cast<std::uint64_t>(at_ms / 5), start + at_ms * ms);
   }
-  /// Takes a camera pose and ticks; whether the camera counts as rejected.
+  /// Adds a camera pose and runs a tick; returns whether the camera counts as rejected.
   [[nodiscard]] bool rejects(const estimator::CameraPose& pose, std::int64_t at_ms) const {
     pipeline->take(pose);
     return (tick(at_ms).pose.conditions & ODOM_COND_CAMERA_REJECTED) != 0;

@@ -19,7 +19,7 @@ TEST(Pipeline, DrivesStraightAheadAtTheWheelsSpeed) {
   EXPECT_EQ(car.count(wheel, Verdict::fused), 201U);
 }
 
-TEST(Pipeline, WaitsForTheCameraWhereItIsToInitialise) {
+TEST(Pipeline, WaitsForTheCameraToInitialise) {
   Config waiting = two_signals();
   waiting.initial_pose.reset();
   const Car car(waiting, true);
@@ -37,7 +37,7 @@ TEST(Pipeline, WaitsForTheCameraWhereItIsToInitialise) {
   EXPECT_EQ(car.count(camera, Verdict::fused), 1U);
 }
 
-TEST(Pipeline, CountsValuesThatDoNotCount) {
+TEST(Pipeline, CountsInvalidValues) {
   Config odd = two_signals();
   odd.can.bindings[0].valid_when = {{"YawRate", 1.0, can::Comparison::below}};
   const Car car(odd);
@@ -51,7 +51,7 @@ TEST(Pipeline, CountsValuesThatDoNotCount) {
   EXPECT_EQ(car.count(gyro, Verdict::fused), 0U);
 }
 
-TEST(Pipeline, CountsASampleThatAFloodPushedOut) {
+TEST(Pipeline, CountsSamplesThatAFullWindowDrops) {
   const Car car(two_signals(estimator::Model::full));
   (void)car.tick(0);
   constexpr std::int64_t flood = 3000;
@@ -61,7 +61,7 @@ TEST(Pipeline, CountsASampleThatAFloodPushedOut) {
   EXPECT_EQ(car.count(wheel, Verdict::fused) + car.count(wheel, Verdict::gated), 1024U);
 }
 
-TEST(Pipeline, GivesStampsThatStandStillOrRunBackwardsAVerdictNotTrust) {
+TEST(Pipeline, RejectsRepeatedAndBackwardStamps) {
   const Car car;
   car.wheel_reads(0, 1000);
   car.wheel_reads(0, 9000);
@@ -71,7 +71,7 @@ TEST(Pipeline, GivesStampsThatStandStillOrRunBackwardsAVerdictNotTrust) {
   EXPECT_EQ(car.count(wheel, Verdict::too_old), 1U);
 }
 
-TEST(Pipeline, TimesFramesWithoutAUsableStampByTheirDrain) {
+TEST(Pipeline, StampsFramesWithoutAUsableStampAtTheDrain) {
   const Car car;
   car.take(257, 0, 1000, start);
   EXPECT_EQ(car.tick(2).details.source_age_ns[wheel], 2 * ms);
@@ -102,7 +102,7 @@ TEST(Pipeline, CountsTheFramesOfEachBusButNoErrorFrames) {
   EXPECT_EQ(frames[static_cast<std::size_t>(can::FrameVerdict::unmapped)].get(), 1U);
 }
 
-TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
+TEST(Pipeline, ReportsTheNoiseThatTheFilterEstimates) {
   const Car car(two_signals(estimator::Model::full));
   const auto& sources = car.pipeline->statistics().sources;
   // The car stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
@@ -120,7 +120,7 @@ TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
   EXPECT_FALSE(sources[camera].noise.get().estimated());
 }
 
-TEST(Pipeline, GoesOnFromAPredecessorWithItsCalibrationsAndItsCovarianceGrown) {
+TEST(Pipeline, ResumesWithCalibrationsAndAnInflatedCovariance) {
   const Car first(two_signals(estimator::Model::full));
   TickRecord last;
   for (std::int64_t k = 0; k <= 600; ++k) {  // standing, while the gyro reads 20 mrad/s
@@ -131,7 +131,7 @@ TEST(Pipeline, GoesOnFromAPredecessorWithItsCalibrationsAndItsCovarianceGrown) {
   EXPECT_NEAR(last.details.gyro_bias, 0.02, 1e-3);
   EXPECT_NE(last.details.calibration_valid & 1U, 0U);
   last.pose.x = last.pose.odom_x = 5.0;
-  last.pose.conditions |= ODOM_COND_SENSOR_FAULT;  // maybe by a flag, which ends with the process
+  last.pose.conditions |= ODOM_COND_SENSOR_FAULT;  // a flag is not inherited
 
   const Car second(two_signals(estimator::Model::full));
   second.pipeline->resume(last.pose, last.details, 100 * ms);

@@ -28,7 +28,7 @@ TEST(PublishedMode, FollowsThePrecedence) {
   EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_FAULT);
 }
 
-TEST(Conditions, AreThoseThatTheEstimateStates) {
+TEST(Conditions, FollowFromTheEstimate) {
   Estimate estimate;
   EXPECT_EQ(estimator_conditions(estimate), 0U);
   estimate.bias_unlearnt = true;
@@ -71,7 +71,7 @@ TickRecord record_of(const Estimate& estimate) {
   return record;
 }
 
-TEST(Record, CorrectionTakesTheOdometryPoseToTheMapPose) {
+TEST(Record, CorrectionMapsTheOdometryPoseToTheMapPose) {
   const auto [p, d, initialised] = record_of(some_estimate());
   const double c = std::cos(d.correction_yaw);
   const double s = std::sin(d.correction_yaw);
@@ -96,7 +96,7 @@ TEST(Record, CarriesTheCalibrations) {
   EXPECT_EQ(d.calibration_valid, 0b10101010011U);
 }
 
-TEST(Record, SaysOfAModelThatLearnsNothingThatAllIsExactAndNothingKnown) {
+TEST(Record, ModelWithoutCalibrationsPublishesNeutralValues) {
   const odom_details d = record_of(Estimate{}).details;
   EXPECT_THAT((std::array{d.gyro_bias, d.gyro_scale, d.wheel_scale, d.stiffness_scale,
                           d.steering_latency, d.grip}),
@@ -121,13 +121,13 @@ auto values(const Estimate& e) {
                     e.camera_ns};
 }
 
-TEST(Record, AnEstimateSurvivesTheWayThereAndBack) {
+TEST(Record, EstimateSurvivesARoundTrip) {
   TickRecord record = record_of(some_estimate());
   record.pose.mode = ODOM_DEAD_RECKONING;
   EXPECT_EQ(values(to_estimate(record.pose, record.details)), values(some_estimate()));
 }
 
-TEST(Record, NothingGoesOnFromAPredecessorThatWasInitialisingOrInFault) {
+TEST(Record, DoesNotResumeFromInitialisingOrFault) {
   odom_pose pose{};
   pose.mode = ODOM_INITIALISING;
   EXPECT_FALSE(to_estimate(pose, odom_details{}).initialised);

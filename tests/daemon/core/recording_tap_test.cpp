@@ -51,7 +51,7 @@ class RecordingTapTest : public testing::Test {
   std::int64_t last_taken_ = 0;
 };
 
-TEST_F(RecordingTapTest, BeginsBehindATickWithItsState) {
+TEST_F(RecordingTapTest, StartsAfterATickWithItsState) {
   tick(2);
   tap_->begin();
   EXPECT_EQ(tap_->state(), State::wanted);
@@ -77,7 +77,7 @@ TEST_F(RecordingTapTest, BeginsBehindATickWithItsState) {
   EXPECT_EQ(tap_->mark(), nullptr);
 }
 
-TEST_F(RecordingTapTest, EndsWithTheLastWholeTickWhereFramesFindNoRoom) {
+TEST_F(RecordingTapTest, EndsWithTheLastCompleteTickWhenFramesOverflow) {
   tap_->begin();
   tick(0);
   const int per_tick = 1000;
@@ -96,7 +96,7 @@ TEST_F(RecordingTapTest, EndsWithTheLastWholeTickWhereFramesFindNoRoom) {
   EXPECT_EQ(tap_->state(), State::full);
 }
 
-TEST_F(RecordingTapTest, EndsWhereTicksFindNoRoom) {
+TEST_F(RecordingTapTest, EndsWhenTicksOverflow) {
   tap_->begin();
   for (std::size_t i = 0; i < RecordingTap::max_ticks + 1; ++i) tick(0);
   EXPECT_EQ(tap_->state(), State::full);
@@ -105,7 +105,7 @@ TEST_F(RecordingTapTest, EndsWhereTicksFindNoRoom) {
   EXPECT_EQ(marks, RecordingTap::max_ticks);
 }
 
-TEST_F(RecordingTapTest, BeginsAnewWithEmptyRingsAndHoldsNothingWhileNobodyRecords) {
+TEST_F(RecordingTapTest, RestartsWithEmptyRingsAndAllocatesOnDemand) {
   tap_->begin();
   tap_->end();
   tick(5, 1);

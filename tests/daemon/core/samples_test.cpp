@@ -22,7 +22,7 @@ estimator::CameraPose facing_north() {
           .sigma_yaw = 0.1};
 }
 
-TEST(CameraPoseAtTheDoor, MovesBackAlongTheLeverArmAndGrowsByTheYawError) {
+TEST(CameraPoseAtTheDoor, MovesToTheCentreOfGravityWithTheYawError) {
   const double north = std::numbers::pi / 2;
   auto turned = facing_north();
   turned.yaw += 0.2;
@@ -35,7 +35,7 @@ TEST(CameraPoseAtTheDoor, MovesBackAlongTheLeverArmAndGrowsByTheYawError) {
                      // The reference point is ahead of and left of the centre of gravity: facing
                      // north that is 0.3 m north and 0.1 m west of it.
                      {facing_north(), {0.3, 0.1, 0.0}, 10.1, 19.7, std::hypot(0.01, 0.03)},
-                     // The yaw error of 0.1 swings the arm across itself, east-west.
+                     // The yaw error of 0.1 moves the end of the arm east-west.
                      {facing_north(), {0.3, 0.0, 0.0}, 10.0, 19.7, std::hypot(0.01, 0.03)},
                      // The mounting yaw comes first.
                      {turned, {0.3, 0.0, 0.2}, 10.0, 19.7, std::hypot(0.01, 0.03)}};
@@ -55,7 +55,7 @@ can::Sample sample(Source source, double value) {
   return {.channel = static_cast<std::uint16_t>(source), .value = value};
 }
 
-TEST(ImuMounting, TurnsBothAxesIntoTheCars) {
+TEST(ImuMounting, RotatesBothAxesIntoTheBodyFrame) {
   // The sensor's x axis points to the car's left: an acceleration along x pushes the car to the
   // left.
   std::array samples{sample(Source::yaw_rate, 0.7), sample(Source::accel_y, 2.0),
@@ -66,7 +66,7 @@ TEST(ImuMounting, TurnsBothAxesIntoTheCars) {
   EXPECT_NEAR(samples[2].value, -2.0, 1e-12);  // a_x
 }
 
-TEST(ImuMounting, KnowsNothingOfAnAxisThatCameAloneAndLeavesOthersAlone) {
+TEST(ImuMounting, InvalidatesASingleAxisAndKeepsOtherSamples) {
   std::array samples{sample(Source::accel_x, 1.0), sample(Source::steering, 0.2)};
   turn_accelerations(samples, 0.1);
   EXPECT_TRUE(std::isnan(samples[0].value));
@@ -76,7 +76,7 @@ TEST(ImuMounting, KnowsNothingOfAnAxisThatCameAloneAndLeavesOthersAlone) {
 constexpr std::size_t gyro = 0;
 constexpr std::int64_t ms = 1'000'000;
 
-TEST(SourceWatch, GivesASourceWithoutASampleItsTimeoutFromTheStartAndNoAge) {
+TEST(SourceWatch, SourceWithoutASampleTimesOutFromTheStart) {
   SourceWatch watch;
   watch.configure(gyro, 30 * ms);
   EXPECT_EQ(watch.age_ns(gyro, 100 * ms), -1);
@@ -85,7 +85,7 @@ TEST(SourceWatch, GivesASourceWithoutASampleItsTimeoutFromTheStartAndNoAge) {
   EXPECT_TRUE(watch.overdue(gyro, 131 * ms, 100 * ms));
 }
 
-TEST(SourceWatch, CountsAgeFromWhenTheSampleWasTakenAndTimeoutFromWhenItWasHeard) {
+TEST(SourceWatch, AgeStartsAtTheSampleTimeoutAtItsReception) {
   SourceWatch watch;
   watch.heard(gyro, 100 * ms, 60 * ms);  // 40 ms of known latency, longer than the time-out
   EXPECT_FALSE(watch.overdue(gyro, 10'000 * ms, 0)) << "it is not configured";
@@ -102,7 +102,7 @@ TEST(SourceWatch, CountsAgeFromWhenTheSampleWasTakenAndTimeoutFromWhenItWasHeard
   EXPECT_TRUE(watch.healthy(gyro, 106 * ms)) << "a good sample ends the failure";
 }
 
-TEST(SourceWatch, AUsablePoseInATickCountsMoreThanUnusableOnes) {
+TEST(SourceWatch, UsablePoseOutweighsUnusableOnesInATick) {
   using estimator::SourceFlag;
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
   for (const bool usable_first : {true, false}) {

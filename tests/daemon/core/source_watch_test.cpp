@@ -1,4 +1,4 @@
-// What the pipeline says of its sources: overdue, unprotected, out of range, contradicted.
+// How the pipeline reports its sources: overdue, unprotected, out of range, contradicted.
 #include <cstring>
 #include <limits>
 #include <tuple>
@@ -8,7 +8,7 @@
 namespace odomd::daemon::pipeline_test {
 namespace {
 
-TEST(SourceWatch, AFrameThatFailsItsProtectionUpdatesNothing) {
+TEST(SourceWatch, FailedProtectionUpdatesNothing) {
   const Car car;
   car.wheel_reads(0, 1000);
   car.gyro_reads(0, 100, 1);
@@ -23,7 +23,7 @@ TEST(SourceWatch, AFrameThatFailsItsProtectionUpdatesNothing) {
   EXPECT_FALSE(car.tick(10).pose.conditions & ODOM_COND_PROTECTION);
 }
 
-TEST(SourceWatch, SaysWhichSourceIsOverdueAndDegrades) {
+TEST(SourceWatch, OverdueSourceIsNotHealthyAndDegradesTheMode) {
   const Car car;
   car.wheel_reads(0, 1000);
   car.gyro_reads(0, 0, 1);
@@ -38,7 +38,7 @@ TEST(SourceWatch, SaysWhichSourceIsOverdueAndDegrades) {
   EXPECT_EQ(late.pose.mode, ODOM_DEGRADED);
 }
 
-TEST(SourceWatch, FlagsASignalThatNoCarCanSendTwiceInARowUntilNoneComesForASecond) {
+TEST(SourceWatch, FlagsImpossibleValuesUntilASecondAfterTheLast) {
   using estimator::SourceFlag;
   Config config = two_signals();
   config.can.bindings[1].message = "FLOAT";
@@ -69,7 +69,7 @@ TEST(SourceWatch, FlagsASignalThatNoCarCanSendTwiceInARowUntilNoneComesForASecon
   }
 }
 
-TEST(SourceWatch, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
+TEST(SourceWatch, RejectsANonPositiveSigmaWithAnyLeverArm) {
   Config arm = two_signals();
   arm.camera.lever_arm = {0.1, 0.2, 0.3};
   const Car car(arm, true);
@@ -88,7 +88,7 @@ TEST(SourceWatch, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
   EXPECT_EQ(car.flag(camera), estimator::SourceFlag::non_finite);
 }
 
-TEST(SourceWatch, SaysThatTheCameraIsRejectedWhileItsClockIsAhead) {
+TEST(SourceWatch, ReportsARejectedCameraWhileItsClockIsAhead) {
   const Car car(two_signals(), true);
   car.wheel_reads(0, 1000);
   (void)car.tick(0);

@@ -11,8 +11,8 @@ namespace {
 
 using estimator::Judgement;
 
-// The tests of the wiring compare signals in every other way.
-TEST(Comparison, TakesWhatHasNoSquareWithoutHarm) {
+// The wiring tests cover all other comparisons.
+TEST(Comparison, StaysFiniteForHugeValues) {
   constexpr Comparison::Bounds plain{0.0, 0.0, 0.1};
   constexpr double memory = 20.0;
   Comparison comparison;
@@ -31,7 +31,7 @@ class ConsistencyTest : public ::testing::Test {
     for (int k = 0; k < std::lround(100.0 * seconds); ++k) {
       t_ns_ += 10'000'000;
       consistency_.take({.degrees = degrees, .squared_ratio = squared_ratio, .time_ns = t_ns_});
-      consistency_.look(t_ns_, explained_);
+      consistency_.update(t_ns_, explained_);
     }
     return consistency_.inconsistent();
   }
@@ -40,25 +40,25 @@ class ConsistencyTest : public ::testing::Test {
   std::int64_t t_ns_ = 1'000'000'000'000;
 };
 
-TEST_F(ConsistencyTest, IsCalmWhereTheFilterKnowsItsUncertainty) {
+TEST_F(ConsistencyTest, AcceptsInnovationsThatFitTheCovariance) {
   EXPECT_FALSE(consistency_.inconsistent());
   EXPECT_FALSE(after(1.0, 60.0));
   EXPECT_FALSE(after(3.0, 60.0, 3));
 }
 
-TEST_F(ConsistencyTest, TakesSecondsToBeRaisedAndToGo) {
+TEST_F(ConsistencyTest, RisesAndClearsAfterSeconds) {
   EXPECT_FALSE(after(16.0, 4.0));
   EXPECT_TRUE(after(16.0, 6.0));
   EXPECT_TRUE(after(1.0, 2.0));
   EXPECT_FALSE(after(1.0, 6.0));
 }
 
-TEST_F(ConsistencyTest, CountsADegreeOfFreedom) {
+TEST_F(ConsistencyTest, DividesByTheDegreesOfFreedom) {
   EXPECT_FALSE(after(12.0, 20.0, 3));
   EXPECT_TRUE(after(36.0, 20.0, 3));
 }
 
-TEST_F(ConsistencyTest, PassesOverOneSampleThatIsWideOfTheMarkAndWhatIsNotTested) {
+TEST_F(ConsistencyTest, IgnoresSingleOutliersAndUntestedSamples) {
   static_cast<void>(after(1.0, 1.0));
   static_cast<void>(after(1e9, 0.01));
   static_cast<void>(after(std::numeric_limits<double>::quiet_NaN(), 0.01));
@@ -68,17 +68,17 @@ TEST_F(ConsistencyTest, PassesOverOneSampleThatIsWideOfTheMarkAndWhatIsNotTested
 
 TEST_F(ConsistencyTest, DoesNotCountAPause) {
   static_cast<void>(after(16.0, 4.0));
-  for (int k = 0; k < 3000; ++k) consistency_.look(t_ns_ += 10'000'000, explained_);
+  for (int k = 0; k < 3000; ++k) consistency_.update(t_ns_ += 10'000'000, explained_);
   EXPECT_FALSE(after(16.0, 0.5));
 }
 
-TEST_F(ConsistencyTest, GoesWhereNothingIsTestedAnyMore) {
+TEST_F(ConsistencyTest, ClearsWhenNothingIsTestedAnyMore) {
   EXPECT_TRUE(after(16.0, 20.0));
   EXPECT_TRUE(after(16.0, 4.0, 0));
   EXPECT_FALSE(after(16.0, 2.0, 0));
 }
 
-TEST_F(ConsistencyTest, SaysNothingWhileSomethingElseIsKnownToBeWrong) {
+TEST_F(ConsistencyTest, StaysQuietWhileAnotherFaultExplainsIt) {
   explained_ = true;
   EXPECT_FALSE(after(16.0, 20.0));
   explained_ = false;
@@ -95,7 +95,7 @@ Judgement tested(int degrees, double squared_ratio) {
           .test_ratio = squared_ratio / 20.0};
 }
 
-TEST(InnovationStatistics, AverageWhatWasTestedGatedOrNot) {
+TEST(InnovationStatistics, AverageAllTestedSamples) {
   InnovationStatistics statistics;
   statistics.take(tested(0, 100.0));  // an input
   EXPECT_EQ(statistics.count, 0U);
@@ -117,7 +117,7 @@ TEST(InnovationStatistics, AverageWhatWasTestedGatedOrNot) {
   EXPECT_EQ(statistics.innovation[0], 0.1);
 }
 
-TEST(InnovationStatistics, HoldAPoseAgainstThreeDegreesOfFreedom) {
+TEST(InnovationStatistics, UseThreeDegreesOfFreedomForAPose) {
   Shared<InnovationStatistics> shared;
   for (const double ratio : {7.8, 7.9}) {
     InnovationStatistics statistics = shared.get();

@@ -78,13 +78,13 @@ class Drive {
       y_ += 1e-2 * now.speed * std::sin(yaw_);
       Samples samples = sensed(now);
       mistake(samples);
-      for (const auto& [source, value] : samples) wiring.hear(source, t_ns, value);
-      wiring.look(t_ns);
+      for (const auto& [source, value] : samples) wiring.add_sample(source, t_ns, value);
+      wiring.update(t_ns);
     }
   }
-  /// A camera sees the car; `side` -1: in a mirror.
+  /// Adds a camera pose of the car; `side` -1: mirrored.
   void see(double side) {
-    wiring.hear(
+    wiring.add_pose(
         estimator::CameraPose{.capture_ns = t_ns, .x = x_, .y = side * y_, .yaw = side * yaw_});
   }
   [[nodiscard]] double t() const { return 1e-9 * static_cast<double>(t_ns - begin_ns); }
@@ -106,7 +106,7 @@ class Drive {
   double x_ = 0.0, y_ = 0.0, yaw_ = 0.0;
 };
 
-TEST(Wiring, FindsNothingWrongWithASoundCar) {
+TEST(Wiring, FindsNoFaultInASoundCar) {
   Drive drive;
   for (const Course& course : {Course{weaving}, standing, Course{backwards}, straight_on}) {
     drive.go(40.0, none, course);
@@ -121,7 +121,7 @@ std::string of_wheels(const std::string& fault) {
          fault + ", wheel_rear_right " + fault;
 }
 
-// Of a car with one wheel and no accelerometer: which of the two is wrong cannot be known.
+// A car with one wheel and no accelerometer: which of the two sensors is wrong remains unknown.
 void one_of_two_turned(Samples& samples) {
   for (const Source source :
        {accel_x, accel_y, wheel_front_left, wheel_front_right, wheel_rear_left})
@@ -132,7 +132,7 @@ void reversing(Samples& samples) {
   samples[direction] = -1.0;
 }
 
-TEST(Wiring, NamesAndHoldsAMistakeAndForgetsItWhenItIsGone) {
+TEST(Wiring, ReportsAFaultUntilItIsGone) {
   const auto front = swapped(wheel_front_left, wheel_front_right),
              rear = swapped(wheel_rear_left, wheel_rear_right),
              left = swapped(wheel_front_left, wheel_rear_left),
@@ -189,7 +189,7 @@ TEST(Wiring, NamesAndHoldsAMistakeAndForgetsItWhenItIsGone) {
   }
 }
 
-TEST(Wiring, LeavesAFaultOfAFewSecondsAlone) {
+TEST(Wiring, IgnoresAFaultOfAFewSeconds) {
   Drive drive;
   drive.go(30.0, none);
   drive.go(3.0, factor({yaw_rate}, -1.0));
@@ -203,7 +203,7 @@ void without_sign(Samples& samples) {
 }
 
 // Unsigned wheels in reverse look like a gyro with the wrong sign.
-TEST(Wiring, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
+TEST(Wiring, DoesNotMistakeReversingWithUnsignedWheelsForAWrongSign) {
   Drive drive;
   drive.go(40.0, without_sign, backwards);
   EXPECT_EQ(drive.found(), "");
@@ -242,18 +242,18 @@ TEST(Wiring, ComparesTheCamera) {
   EXPECT_EQ(drive.found(), "camera sign");
 }
 
-TEST(Wiring, TakesTimeThatJumpsAndSamplesThatAreNoneWithoutHarm) {
+TEST(Wiring, SurvivesTimeJumpsAndNonFiniteSamples) {
   constexpr std::int64_t hour_ns = 3'600'000'000'000;
   Drive drive;
   drive.go(20.0, factor({yaw_rate}, std::nan("")));
   drive.t_ns += hour_ns;
   drive.go(20.0, none);
-  drive.wiring.hear(yaw_rate, Drive::begin_ns, 1.0);
-  drive.wiring.hear(yaw_rate, drive.t_ns + hour_ns, 1.0);
+  drive.wiring.add_sample(yaw_rate, Drive::begin_ns, 1.0);
+  drive.wiring.add_sample(yaw_rate, drive.t_ns + hour_ns, 1.0);
   drive.go(20.0, none);
   EXPECT_EQ(drive.found(), "");
   Drive other;
-  other.wiring.hear(estimator::CameraPose{.capture_ns = other.t_ns + hour_ns});
+  other.wiring.add_pose(estimator::CameraPose{.capture_ns = other.t_ns + hour_ns});
   other.go(30.0, factor({yaw_rate}, -1.0));
   EXPECT_EQ(other.found(), "yaw_rate sign") << "it does not wait for that time";
 }
@@ -286,7 +286,7 @@ void rear_axle_spins(Samples& samples, const Motion& motion) {
   factor({wheel_rear_left, wheel_rear_right}, 1.0 + 0.7 * bend * bend)(samples);
 }
 
-TEST(Wiring, TakesWildDrivingForNoMistake) {
+TEST(Wiring, DoesNotMistakeAggressiveDrivingForAFault) {
   struct Conduct {
     Course course;
     void (*car_does)(Samples&, const Motion&);
@@ -328,8 +328,8 @@ TEST(Wiring, DoesNotAllocateWhileItSearches) {
   const auto before = allocation_count();
   for (const Samples& now : samples) {
     drive.t_ns += step_ns;
-    for (const auto& [source, value] : now) drive.wiring.hear(source, drive.t_ns, value);
-    drive.wiring.look(drive.t_ns);
+    for (const auto& [source, value] : now) drive.wiring.add_sample(source, drive.t_ns, value);
+    drive.wiring.update(drive.t_ns);
   }
   EXPECT_EQ(allocation_count(), before);
   EXPECT_EQ(drive.found(), "accel_x unit, accel_y unit, steering sign") << "it searched";

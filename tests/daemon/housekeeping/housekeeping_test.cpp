@@ -43,7 +43,7 @@ TEST(ControllerReports, NameErrorsWithTheFixAndRecoveries) {
   const std::string active_again = "info can0: the controller is error-active again";
   expect_reports({}, {{stopped, ""}, {error_active, ""}, {error_warning, ""}, {error_active, ""}});
   expect_reports(
-      {.errors = can::ErrorCounters{130, 5}},
+      {.errors = can_berr_counter{130, 5}},
       {{error_passive, passive + " (error counters: transmit 130, receive 5); check bit rate"},
        {error_passive, ""},
        {error_warning, ""},
@@ -85,7 +85,7 @@ class ServiceManagerTest : public testing::Test {
   int socket_ = -1;
 };
 
-TEST_F(ServiceManagerTest, IsFedWhileTheTicksMoveIfItWantsAWatchdog) {
+TEST_F(ServiceManagerTest, GetsWatchdogNotificationsWhileTicksAdvance) {
   Watchdog unwanted;
   unwanted.notify(1, 1'000'000'000);
   EXPECT_EQ(heard(), "");

@@ -39,7 +39,7 @@ class JournalTest : public testing::Test {
   const std::filesystem::path file_ = scratch_.path("odomd.log");
 };
 
-TEST_F(JournalTest, LogsFromItsLevelOnAndARepeatedEventOnceAndThenItsNumber) {
+TEST_F(JournalTest, FiltersByLevelAndCountsRepeatedEvents) {
   {
     Journal journal({file_, "warn"});
     journal.turn(0);
@@ -68,7 +68,7 @@ TEST_F(JournalTest, LogsEveryChangeOfAStateAtOnce) {
   EXPECT_EQ(lines_with("is down"), 8);
 }
 
-TEST_F(JournalTest, KeepsTheOldFileWhereTheNewOneCannotBeMade) {
+TEST_F(JournalTest, KeepsTheOldFileIfReopeningFails) {
   const auto inner = directory_ / "logs", moved = directory_ / "moved";
   std::filesystem::create_directory(inner);
   Journal journal({inner / "odomd.log", "info"});
@@ -91,7 +91,7 @@ TEST_F(JournalTest, RefusesAFileThatCannotBeOpened) {
   EXPECT_THROW(Journal({file_, "info"}), std::invalid_argument) << "it would wait for a reader";
 }
 
-TEST_F(JournalTest, SaysOnceOnStandardErrorThatItsFileIsFull) {
+TEST_F(JournalTest, ReportsOnceOnStandardErrorThatItsFileIsFull) {
   Journal journal({file_, "info"});
   journal.turn(0);
   std::filesystem::resize_file(file_, 1 << 20);
@@ -155,14 +155,14 @@ TEST_F(ErrorSinkTest, DoesNotWaitForASlowReaderAndReportsLostLines) {
   EXPECT_EQ(read_all(), "(2 lines lost: standard error was not read)\nthree\nfour\n");
 }
 
-TEST_F(ErrorSinkTest, CutsALineThatMightNotFit) {
+TEST_F(ErrorSinkTest, TruncatesALineThatMightNotFit) {
   logger_->info(std::string(std::size_t{100'000}, 'y'));
   const auto text = read_all();
   EXPECT_EQ(text.size(), std::size_t{PIPE_BUF});
   EXPECT_EQ(text.back(), '\n');
 }
 
-TEST(EventRing, HandsEventsOverInTheirOrderAndCountsWhatFindsItFull) {
+TEST(EventRing, KeepsTheOrderAndCountsDroppedEvents) {
   const auto ring = std::make_unique<EventRing>();
   constexpr std::int64_t pushed = 1000;
   for (std::int64_t i = 0; i < pushed; ++i) ring->push({EventKind::missed, i, -i});
@@ -197,13 +197,13 @@ std::vector<std::int64_t> logged(Repeats& repeats, std::int64_t every, std::int6
   return times;
 }
 
-TEST(Repeats, GrowFromASecondToTenMinutes) {
+TEST(Repeats, IntervalsGrowFromASecondToTenMinutes) {
   Repeats often, seldom;
   EXPECT_THAT(logged(often, 1, 2600), ElementsAre(0, 1, 5, 21, 85, 341, 941, 1541, 2141));
   EXPECT_THAT(logged(seldom, 15, 600), ElementsAre(0, 15, 30, 46, 110, 366));
 }
 
-TEST(Repeats, GiveTheNewestTextTheNumberAndTheDuration) {
+TEST(Repeats, SummaryHasTheNewestTextTheCountAndTheDuration) {
   Repeats repeats;
   EXPECT_TRUE(repeats.take(warning("ticks missed: 1"), 0));
   EXPECT_FALSE(repeats.take(warning("ticks missed: 2"), second / 4));
@@ -215,7 +215,7 @@ TEST(Repeats, GiveTheNewestTextTheNumberAndTheDuration) {
   EXPECT_THAT(repeats.due(600 * second), IsEmpty());
 }
 
-TEST(Repeats, AreNewAgainAfterTenMinutesOfRest) {
+TEST(Repeats, MessageIsNewAgainAfterTenQuietMinutes) {
   Repeats repeats;
   EXPECT_TRUE(repeats.take(warning("down"), 0));
   EXPECT_TRUE(repeats.take(warning("down"), 2 * second));
@@ -225,7 +225,7 @@ TEST(Repeats, AreNewAgainAfterTenMinutesOfRest) {
   EXPECT_THAT(texts(repeats.due(604 * second)), ElementsAre(HasSubstr("(1 time in 1 s")));
 }
 
-TEST(Repeats, AreKeptApartByTheirSubjectNotByTheirNumbers) {
+TEST(Repeats, DistinguishesMessagesBySubjectNotByNumbers) {
   Repeats repeats;
   for (const auto& [text, is_new] :
        std::vector<std::pair<std::string, bool>>{{"can0: lost 3 frames", true},
@@ -240,7 +240,7 @@ TEST(Repeats, AreKeptApartByTheirSubjectNotByTheirNumbers) {
     EXPECT_EQ(repeats.take(warning(text), 0), is_new) << text;
 }
 
-TEST(Repeats, AreAllGivenAtTheEnd) {
+TEST(Repeats, ReportsAllCountedMessagesAtTheEnd) {
   Repeats repeats;
   for (const char* text : {"a", "b", "b", "c", "c", "c"})
     static_cast<void>(repeats.take(warning(text), 0));

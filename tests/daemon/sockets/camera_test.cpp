@@ -7,17 +7,16 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/sockets/camera_door.hpp"
-#include "daemon/sockets/camera_wire.hpp"
+#include "daemon/sockets/camera_server.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::daemon::camera_test {
 namespace {
 
 using testing::FieldsAre;
-using Admission = CameraDoor::Admission;
+using Admission = CameraServer::Admission;
 
-class CameraDoorTest : public testing::Test {
+class CameraServerTest : public testing::Test {
  protected:
   /// Connects a camera; returns the camera's end.
   FileDescriptor connect(Peer peer = {1, 2}) {
@@ -25,7 +24,7 @@ class CameraDoorTest : public testing::Test {
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
     FileDescriptor mine(ends[0]);
     theirs_ = ends[1];
-    admission_ = door_.admit(FileDescriptor(ends[1]), peer, now_ns_);
+    admission_ = server_.admit(FileDescriptor(ends[1]), peer, now_ns_);
     return mine;
   }
   /// The error sent before the connection was closed; 0: none sent; empty: it is still open.
@@ -44,7 +43,7 @@ class CameraDoorTest : public testing::Test {
               static_cast<ssize_t>(sizeof message));
   }
 
-  CameraDoor::Drained drain() { return door_.drain(poses_, {wall_, {}}, now_ns_, *events_); }
+  CameraServer::Drained drain() { return server_.drain(poses_, {wall_, {}}, now_ns_, *events_); }
   /// The capture times of the poses that are drained.
   std::vector<std::int64_t> captures() {
     std::vector<std::int64_t> times;
@@ -53,16 +52,16 @@ class CameraDoorTest : public testing::Test {
     return times;
   }
 
-  CameraDoor door_;
+  CameraServer server_;
   std::unique_ptr<EventRing> events_ = std::make_unique<EventRing>();
   WallClock wall_;
-  std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
+  std::array<estimator::CameraPose, CameraServer::max_poses> poses_{};
   std::int64_t now_ns_ = 77;
   Admission admission_ = Admission::refused;
   int theirs_ = -1;
 };
 
-TEST_F(CameraDoorTest, ReadsWhatEachConnectionSent) {
+TEST_F(CameraServerTest, ReadsWhatEachConnectionSent) {
   EXPECT_THAT(captures(), IsEmpty());
   const auto one = connect();
   const auto two = connect();
@@ -74,15 +73,15 @@ TEST_F(CameraDoorTest, ReadsWhatEachConnectionSent) {
   EXPECT_THAT(captures(), IsEmpty());
 }
 
-TEST_F(CameraDoorTest, LeavesAFloodForTheNextTicks) {
+TEST_F(CameraServerTest, LimitsTheMessagesPerTick) {
   const auto camera = connect();
-  constexpr std::size_t sent = CameraDoor::max_messages_per_drain + 3;
+  constexpr std::size_t sent = CameraServer::max_messages_per_drain + 3;
   for (std::size_t i = 0; i < sent; ++i) send(camera, static_cast<std::int64_t>(i));
-  EXPECT_EQ(captures().size(), CameraDoor::max_messages_per_drain);
+  EXPECT_EQ(captures().size(), CameraServer::max_messages_per_drain);
   EXPECT_THAT(captures(), ElementsAre(sent - 3, sent - 2, sent - 1));
 }
 
-TEST_F(CameraDoorTest, CountsMalformedMessagesAndSaysWhy) {
+TEST_F(CameraServerTest, CountsMalformedMessagesWithTheirCause) {
   const auto camera = connect();
   const std::vector<char> rubbish(200, 'x');
   for (const std::size_t size : {std::size_t{1}, sizeof(odom_camera_message), rubbish.size()})
@@ -99,25 +98,25 @@ TEST_F(CameraDoorTest, CountsMalformedMessagesAndSaysWhy) {
     EXPECT_EQ(event->kind, EventKind::camera_malformed);
     EXPECT_EQ(event->a, static_cast<std::int64_t>(cause));
   }
-  EXPECT_EQ(door_.connections()[0].messages, 4U);
-  EXPECT_EQ(door_.connections()[0].malformed, 3U);
+  EXPECT_EQ(server_.connections()[0].messages, 4U);
+  EXPECT_EQ(server_.connections()[0].malformed, 3U);
 }
 
-TEST_F(CameraDoorTest, ReadsTheLastMessagesOfACameraThatHasGoneAndLeavesClosingToHousekeeping) {
+TEST_F(CameraServerTest, ReadsTheLastMessagesAndLeavesClosingToHousekeeping) {
   auto camera = connect();
   send(camera, 1);
   camera = {};
   EXPECT_THAT(captures(), ElementsAre(1));
   EXPECT_EQ(events_->next()->kind, EventKind::camera_gone);
-  EXPECT_FALSE(door_.connections()[0].open);
+  EXPECT_FALSE(server_.connections()[0].open);
   EXPECT_NE(::fcntl(theirs_, F_GETFD), -1) << "not the beat's to close";
-  door_.close_ended(now_ns_);
+  server_.close_ended(now_ns_);
   EXPECT_EQ(::fcntl(theirs_, F_GETFD), -1);
 }
 
-TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
+TEST_F(CameraServerTest, AdmitsFourConnectionsAndAnotherAfterOneCloses) {
   std::vector<FileDescriptor> cameras;
-  for (std::size_t i = 0; i < CameraDoor::max_connections; ++i) {
+  for (std::size_t i = 0; i < CameraServer::max_connections; ++i) {
     cameras.push_back(connect());
     EXPECT_EQ(admission_, Admission::free_slot);
   }
@@ -126,22 +125,22 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
   cameras[2] = {};
   drain();  // notices the end
   EXPECT_EQ(refusal(connect()), -EBUSY) << "the slot is free only once housekeeping has closed it";
-  door_.close_ended(now_ns_);
+  server_.close_ended(now_ns_);
   const auto next = connect({30, 40});
   EXPECT_EQ(admission_, Admission::free_slot);
-  EXPECT_THAT(door_.connections()[2], FieldsAre(true, FieldsAre(30, 40U, testing::_), 0U, 0U));
+  EXPECT_THAT(server_.connections()[2], FieldsAre(true, FieldsAre(30, 40U, testing::_), 0U, 0U));
 }
 
-TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) {
+TEST_F(CameraServerTest, ReplacesTheLongestIdleConnectionAfterTwoSeconds) {
   std::vector<FileDescriptor> cameras;
-  for (std::size_t i = 0; i < CameraDoor::max_connections; ++i) {
+  for (std::size_t i = 0; i < CameraServer::max_connections; ++i) {
     cameras.push_back(connect({static_cast<pid_t>(i), 2}));
     now_ns_ += 1000;
   }
-  now_ns_ = 77 + CameraDoor::idle_ns - 1;
+  now_ns_ = 77 + CameraServer::idle_ns - 1;
   EXPECT_EQ(refusal(connect()), -EBUSY);
   EXPECT_EQ(admission_, Admission::refused);
-  EXPECT_EQ(door_.refused(), 1U);
+  EXPECT_EQ(server_.refused(), 1U);
 
   // The first sends a pose, the second an invalid message, which counts as idle.
   send(cameras[0], 1);
@@ -153,11 +152,11 @@ TEST_F(CameraDoorTest, TheConnectionThatWasIdleLongestMakesRoomAfterTwoSeconds) 
   EXPECT_EQ(refusal(connect()), -EBUSY) << "no other has been idle for so long";
   send(next, 2);
   drain();  // notices the end
-  door_.close_ended(now_ns_);
+  server_.close_ended(now_ns_);
   EXPECT_EQ(refusal(cameras[1]), 0) << "closed, without a word: it may connect again";
   for (const std::size_t kept : {0U, 2U, 3U}) EXPECT_EQ(refusal(cameras[kept]), std::nullopt);
-  EXPECT_EQ(door_.connections()[1].peer.pid, 30);
-  EXPECT_EQ(door_.connections()[1].messages, 0U);
+  EXPECT_EQ(server_.connections()[1].peer.pid, 30);
+  EXPECT_EQ(server_.connections()[1].messages, 0U);
   EXPECT_EQ(drain().poses, 1U) << "what it sent while it waited";
 }
 
@@ -212,7 +211,7 @@ TEST(CameraWire, ReadsAPoseOnAnyClock) {
     EXPECT_EQ(capture_of(ODOM_CLOCK_REALTIME, arrival + offset + far), arrival + far);
 }
 
-TEST(CameraWire, APictureFromBeforeTheWallClockWasSetKeepsItsTime) {
+TEST(CameraWire, ConvertsAStampFromBeforeAStepOfTheWallClock) {
   constexpr std::int64_t hour = 3'600'000'000'000;
   for (const std::int64_t step : {-hour, hour}) {
     WallClock wall;
@@ -224,7 +223,7 @@ TEST(CameraWire, APictureFromBeforeTheWallClockWasSetKeepsItsTime) {
   }
 }
 
-TEST(CameraWire, NamesWhatIsMalformed) {
+TEST(CameraWire, NamesTheCauseOfAMalformedMessage) {
   const auto cause_of = [](auto change, const MessageClocks& by = clocks) {
     auto given = message();
     change(given);

@@ -34,7 +34,7 @@ class LocalSocketTest : public testing::Test {
   const std::filesystem::path path_ = scratch_.path("camera.sock");
 };
 
-TEST_F(LocalSocketTest, ListensAnewWhereItsFileWasRemovedOrReplaced) {
+TEST_F(LocalSocketTest, ListensAgainAfterItsFileWasRemovedOrReplaced) {
   LocalSocket socket(settings());
   EXPECT_FALSE(socket.renew());
   std::filesystem::remove(path_);
@@ -59,7 +59,7 @@ TEST_F(LocalSocketTest, LeavesTheFileOfASuccessorAlone) {
   EXPECT_TRUE(connect_to(path_));
 }
 
-TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
+TEST_F(LocalSocketTest, ListensWithItsModeAndRemovesItsFile) {
   {
     const LocalSocket socket(settings(0640));
     struct stat status {};
@@ -73,7 +73,7 @@ TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
-TEST_F(LocalSocketTest, MakesTheLastDirectoryWhereItIsMissing) {
+TEST_F(LocalSocketTest, CreatesTheLastDirectoryIfMissing) {
   auto wanted = settings();
   wanted.file.path = directory_ / "run" / "camera.sock";
   const LocalSocket socket(wanted);
@@ -92,7 +92,7 @@ TEST_F(LocalSocketTest, ReplacesTheSocketOfADeadPredecessor) {
   EXPECT_TRUE(connect_to(path_));
 }
 
-TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
+TEST_F(LocalSocketTest, ErrorsNameThePathAndTheFix) {
   scratch_.write("camera.sock", "precious");
   EXPECT_THAT(refusal(settings()), HasSubstr("camera.sock: exists and is not a socket; remove it"));
   EXPECT_EQ(tools::contents(path_), "precious");
@@ -111,7 +111,7 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
   EXPECT_THAT(refusal(wanted), HasSubstr("there is no group \"no-such-group-here\""));
 }
 
-TEST_F(LocalSocketTest, LetsInOurselves) {
+TEST_F(LocalSocketTest, AdmitsOurOwnUser) {
   const LocalSocket socket(settings());
   const FileDescriptor camera = connect_to(path_);
   const auto connection = socket.accept();

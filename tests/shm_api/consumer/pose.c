@@ -1,4 +1,4 @@
-/* Follows the pose: as it comes, predicted to when it takes effect, and as it was. */
+/* Follows the pose: the newest, one predicted to the time when it takes effect, and a past one. */
 #include <odom/odom.h>
 #include <stdio.h>
 

@@ -16,7 +16,7 @@ Link sound_link() {
   link.controller = can::Controller{};
   link.controller->health = can::ControllerHealth::error_active;
   link.controller->restart_ms = 100;
-  link.controller->bit_timing = can::BitTiming{.bitrate = 500'000};
+  link.controller->bit_timing.emplace().bitrate = 500'000;
   return link;
 }
 
@@ -60,7 +60,7 @@ TEST(Link, GetsAFindingForEachMistake) {
   }
   for (const auto health : {error_warning, error_passive}) {
     Link link = sound_link();
-    link.controller->errors = can::ErrorCounters{.transmit = 3, .receive = 131};
+    link.controller->errors = can_berr_counter{.txerr = 3, .rxerr = 131};
     link.controller->health = health;
     EXPECT_THAT(examine_link("can0", link),
                 ElementsAre(AllOf(Named("bus_errors", "131", HasSubstr("bit rate of can0")),

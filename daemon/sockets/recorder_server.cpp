@@ -1,4 +1,4 @@
-#include "daemon/sockets/recorder_door.hpp"
+#include "daemon/sockets/recorder_server.hpp"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -28,11 +28,11 @@ std::string refusal(const std::string& why) {
 
 }  // namespace
 
-RecorderDoor::RecorderDoor(const Recorded& recorded, LocalSocket socket,
-                           std::vector<RecordingFile> files)
+RecorderServer::RecorderServer(const Recorded& recorded, LocalSocket socket,
+                               std::vector<RecordingFile> files)
     : recorded_(recorded), socket_(std::move(socket)), files_(std::move(files)) {}
 
-void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
+void RecorderServer::accept(std::int64_t now_ns, Journal& journal) {
   for (int i = 0; i < accepts_per_turn; ++i) {
     auto connection = socket_.accept();
     if (!connection) return;
@@ -55,7 +55,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
   }
 }
 
-void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
+void RecorderServer::serve(std::int64_t now_ns, Journal& journal) {
   if (!recorder_) return;
   char nothing = 0;
   const ssize_t got = ::recv(recorder_.get(), &nothing, 1, MSG_DONTWAIT);
@@ -87,7 +87,7 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
        journal);
 }
 
-void RecorderDoor::close(Journal& journal) {
+void RecorderServer::close(Journal& journal) {
   if (!recorder_) return;
   if (stage_ == Stage::streaming) {
     // No more than the rings hold, since the beat still runs at this point.
@@ -99,7 +99,7 @@ void RecorderDoor::close(Journal& journal) {
   drop("odomd ends", journal);
 }
 
-void RecorderDoor::begin_stream() {
+void RecorderServer::begin_stream() {
   append(RecordingMessage::hello, hello());
   for (const auto& file : files_) {
     std::string bytes = file.name;
@@ -111,7 +111,7 @@ void RecorderDoor::begin_stream() {
   stage_ = Stage::streaming;
 }
 
-std::string RecorderDoor::hello() const {
+std::string RecorderServer::hello() const {
   const Config& config = recorded_.config;
   const nlohmann::ordered_json json{{"build", build_identity()},
                                     {"version", ODOMD_VERSION},
@@ -124,7 +124,7 @@ std::string RecorderDoor::hello() const {
   return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-void RecorderDoor::send_buses() {
+void RecorderServer::send_buses() {
   const auto names = recorded_.buses.all();
   if (names.size() == buses_) return;
   buses_ = names.size();
@@ -133,11 +133,11 @@ void RecorderDoor::send_buses() {
   append(RecordingMessage::buses, text);
 }
 
-void RecorderDoor::append_ticks() {
+void RecorderServer::append_ticks() {
   while (recorded_.tap.mark() != nullptr && out_.size() - out_at_ < enough_bytes) append_tick();
 }
 
-void RecorderDoor::append_tick() {
+void RecorderServer::append_tick() {
   send_buses();  // before the frames of a new bus
   RecordingTap& tap = recorded_.tap;
   const TickMark mark = *tap.mark();
@@ -151,12 +151,12 @@ void RecorderDoor::append_tick() {
   ++ticks_;
 }
 
-void RecorderDoor::append(RecordingMessage kind, std::string_view bytes) {
+void RecorderServer::append(RecordingMessage kind, std::string_view bytes) {
   out_ += bytes_of(RecordingHeader{kind, static_cast<std::uint32_t>(bytes.size())});
   out_ += bytes;
 }
 
-bool RecorderDoor::flush() {
+bool RecorderServer::flush() {
   while (out_at_ < out_.size()) {
     const ssize_t sent = ::send(recorder_.get(), out_.data() + out_at_, out_.size() - out_at_,
                                 MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -175,7 +175,7 @@ bool RecorderDoor::flush() {
   return true;
 }
 
-void RecorderDoor::flush_until_timeout() {
+void RecorderServer::flush_until_timeout() {
   using std::chrono::steady_clock;
   const auto deadline = steady_clock::now() + timeout_at_end;
   while (flush() && !out_.empty()) {
@@ -186,12 +186,12 @@ void RecorderDoor::flush_until_timeout() {
   }
 }
 
-void RecorderDoor::end(std::string_view why) {
+void RecorderServer::end(std::string_view why) {
   append(RecordingMessage::end, why);
   stage_ = Stage::ended;
 }
 
-void RecorderDoor::drop(std::string_view why, Journal& journal) {
+void RecorderServer::drop(std::string_view why, Journal& journal) {
   journal.info_counted(
       fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};

@@ -1,23 +1,86 @@
-#include "daemon/sockets/camera_door.hpp"
+#include "daemon/sockets/camera_server.hpp"
 
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cerrno>
+#include <cstring>
 #include <utility>
 
 namespace odomd::daemon {
+namespace {
 
-CameraDoor::~CameraDoor() {
+static_assert(sizeof(odom_camera_message) == 80);
+static_assert(std::endian::native == std::endian::little, "the wire is little-endian");
+
+/// Beyond this (73 years) differences of times could overflow.
+constexpr std::int64_t latest_ns = std::int64_t{1} << 61;
+
+/// The capture time on CLOCK_MONOTONIC, or the reason why there is none. A picture may be older
+/// than a step of the wall clock: its stamp is converted with the offset of that time. A stamp that
+/// no offset makes recent is converted with the current offset, and the filter then gives its
+/// verdict.
+MalformedCause convert(const odom_camera_message& message, const MessageClocks& clocks,
+                       std::int64_t arrival_ns, std::int64_t& capture_ns) noexcept {
+  std::int64_t offset_ns = 0;
+  switch (message.clock) {
+    case ODOM_CLOCK_MONOTONIC:
+      break;
+    case ODOM_CLOCK_REALTIME:
+      offset_ns = clocks.wall.offset_ns();
+      break;
+    case ODOM_CLOCK_LOG:
+      if (!clocks.log_ns) return MalformedCause::no_log;
+      offset_ns = *clocks.log_ns;
+      break;
+    default:
+      return MalformedCause::clock;
+  }
+  if (__builtin_sub_overflow(message.capture_ns, offset_ns, &capture_ns) ||
+      capture_ns > latest_ns || capture_ns < -latest_ns)
+    return MalformedCause::time;
+  if (message.clock == ODOM_CLOCK_REALTIME)
+    capture_ns = clocks.wall.to_monotonic(message.capture_ns, arrival_ns).value_or(capture_ns);
+  return MalformedCause::none;
+}
+
+}  // namespace
+
+CameraMessage read_camera_message(std::span<const std::byte> bytes, std::size_t size,
+                                  const MessageClocks& clocks, std::int64_t arrival_ns) noexcept {
+  odom_camera_message message;
+  if (size != sizeof message || bytes.size() < sizeof message) return {MalformedCause::size, {}};
+  std::memcpy(&message, bytes.data(), sizeof message);
+  if (message.magic != ODOM_CAMERA_MAGIC) return {MalformedCause::magic, {}};
+  if (message.version != ODOM_CAMERA_VERSION) return {MalformedCause::version, {}};
+  if (message.reserved != 0) return {MalformedCause::reserved, {}};
+
+  std::int64_t capture_ns = 0;
+  if (const auto cause = convert(message, clocks, arrival_ns, capture_ns);
+      cause != MalformedCause::none)
+    return {cause, {}};
+  return {MalformedCause::none,
+          {.capture_ns = capture_ns,
+           .arrival_ns = arrival_ns,
+           .x = message.x,
+           .y = message.y,
+           .yaw = message.yaw,
+           .sigma_x = message.sigma_x,
+           .sigma_y = message.sigma_y,
+           .sigma_yaw = message.sigma_yaw}};
+}
+
+CameraServer::~CameraServer() {
   for (auto& slot : slots_) {
     const int state = slot.state.load(std::memory_order_acquire);
     if (state != Slot::free) ::close(state >= 0 ? state : Slot::ended(state));
   }
 }
 
-CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
-                                      const MessageClocks& clocks, std::int64_t now_ns,
-                                      EventRing& events) noexcept {
+CameraServer::Drained CameraServer::drain(std::span<estimator::CameraPose> poses,
+                                          const MessageClocks& clocks, std::int64_t now_ns,
+                                          EventRing& events) noexcept {
   Drained drained;
   for (Slot& slot : slots_) {
     // Acquire: the counters were reset before the descriptor was handed over.
@@ -45,9 +108,9 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
   return drained;
 }
 
-CameraDoor::Received CameraDoor::receive(int descriptor, const MessageClocks& clocks,
-                                         std::int64_t now_ns, estimator::CameraPose& pose,
-                                         EventRing& events) noexcept {
+CameraServer::Received CameraServer::receive(int descriptor, const MessageClocks& clocks,
+                                             std::int64_t now_ns, estimator::CameraPose& pose,
+                                             EventRing& events) noexcept {
   std::array<std::byte, sizeof(odom_camera_message)> bytes;
   iovec part{bytes.data(), bytes.size()};
   msghdr header{};
@@ -66,7 +129,8 @@ CameraDoor::Received CameraDoor::receive(int descriptor, const MessageClocks& cl
   return Received::pose;
 }
 
-CameraDoor::Admission CameraDoor::admit(FileDescriptor connection, Peer peer, std::int64_t now_ns) {
+CameraServer::Admission CameraServer::admit(FileDescriptor connection, Peer peer,
+                                            std::int64_t now_ns) {
   Slot* idlest = nullptr;
   for (auto& slot : slots_) {
     const int state = slot.state.load(std::memory_order_acquire);
@@ -91,14 +155,14 @@ CameraDoor::Admission CameraDoor::admit(FileDescriptor connection, Peer peer, st
   return Admission::in_place_of_idle;
 }
 
-void CameraDoor::refuse(FileDescriptor connection, std::int32_t reason) noexcept {
+void CameraServer::refuse(FileDescriptor connection, std::int32_t reason) noexcept {
   static_cast<void>(::send(connection.get(), &reason, sizeof reason, MSG_NOSIGNAL | MSG_DONTWAIT));
   connection = {};
   refused_.add();
 }
 
-void CameraDoor::open(Slot& slot, FileDescriptor connection, Peer peer,
-                      std::int64_t now_ns) noexcept {
+void CameraServer::open(Slot& slot, FileDescriptor connection, Peer peer,
+                        std::int64_t now_ns) noexcept {
   slot.peer = peer;
   slot.messages.set(0);
   slot.malformed.set(0);
@@ -106,7 +170,7 @@ void CameraDoor::open(Slot& slot, FileDescriptor connection, Peer peer,
   slot.state.store(connection.release(), std::memory_order_release);
 }
 
-void CameraDoor::close_ended(std::int64_t now_ns) noexcept {
+void CameraServer::close_ended(std::int64_t now_ns) noexcept {
   for (auto& slot : slots_) {
     const int state = slot.state.load(std::memory_order_acquire);
     if (state >= Slot::free) continue;
@@ -119,7 +183,8 @@ void CameraDoor::close_ended(std::int64_t now_ns) noexcept {
   }
 }
 
-std::array<CameraDoor::Connection, CameraDoor::max_connections> CameraDoor::connections() const {
+std::array<CameraServer::Connection, CameraServer::max_connections> CameraServer::connections()
+    const {
   std::array<Connection, max_connections> all;
   for (std::size_t i = 0; i < max_connections; ++i) {
     const Slot& slot = slots_[i];

@@ -27,9 +27,9 @@ struct Recorded {
   RecordingTap& tap;
 };
 
-class RecorderDoor {
+class RecorderServer {
  public:
-  RecorderDoor(const Recorded& recorded, LocalSocket socket, std::vector<RecordingFile> files);
+  RecorderServer(const Recorded& recorded, LocalSocket socket, std::vector<RecordingFile> files);
 
   /// The listening socket, to poll and to renew.
   [[nodiscard]] LocalSocket& socket() noexcept { return socket_; }

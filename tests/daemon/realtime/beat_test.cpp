@@ -6,12 +6,12 @@
 #include "daemon/realtime/tick_grid.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::daemon::realtime_test {
+namespace odomd::daemon::beat_test {
 namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
 
-TEST(Relay, WakesAllAfterARing) {
+TEST(Relay, WakesAllClientsAfterEachRing) {
   std::atomic<int> woken{0};
   Relay relay(2, -1, [&] {
     woken.fetch_add(1);
@@ -25,7 +25,7 @@ TEST(Relay, WakesAllAfterARing) {
   EXPECT_EQ(woken.load(), 100);
 }
 
-TEST(Relay, EndsWithoutARingAndSaysWhatTheMachineRefused) {
+TEST(Relay, EndsWithoutARingAndReportsRefusals) {
   std::atomic<int> woken{0};
   {
     const Relay relay(2, 1023, [&] { woken.fetch_add(1); });
@@ -35,7 +35,7 @@ TEST(Relay, EndsWithoutARingAndSaysWhatTheMachineRefused) {
   EXPECT_LE(woken.load(), 1);
 }
 
-TEST(Surroundings, ReportWhatHoldsNowAndAnIncidentForAWhile) {
+TEST(Surroundings, ReportStatesNowAndIncidentsForAWhile) {
   const std::int64_t refused_until = 8 * second + Surroundings::refusal_ns;
   const std::pair<Sighting, std::uint32_t> steps[]{
       {{.now_ns = second / 2}, 0},
@@ -74,14 +74,14 @@ constexpr std::int64_t period = 5'000'000;
 constexpr TickGrid grid{1'000'000'000, period};
 constexpr std::int64_t microsecond = 1'000;
 
-TEST(TickGrid, BeginsAtAMultipleOfThePeriodBeforeNow) {
+TEST(TickGrid, StartsAtTheLastMultipleOfThePeriod) {
   const auto begun = grid_from(12'345'678, period);
   EXPECT_EQ(begun.first_ns, 10'000'000);
   EXPECT_EQ(begun.time_of(1), 15'000'000);
   EXPECT_EQ(grid_from(10'000'000, period).first_ns, 10'000'000);
 }
 
-TEST(TickGrid, AWakeUpDoesTheNewestTickThatIsDue) {
+TEST(TickGrid, WakeUpRunsTheNewestDueTick) {
   const auto due = [](std::uint64_t planned, std::int64_t now_ns) {
     const auto [tick, missed] = due_tick(grid, planned, now_ns);
     return std::pair{tick, missed};
@@ -94,7 +94,7 @@ TEST(TickGrid, AWakeUpDoesTheNewestTickThatIsDue) {
   EXPECT_THAT(due(1, 0), Pair(1, 0)) << "before all";
 }
 
-TEST(TickGrid, AnOverrunSkipsWholePeriodsAndKeepsThePhase) {
+TEST(TickGrid, OverrunSkipsWholePeriodsAndKeepsThePhase) {
   const auto next = [](std::int64_t now_ns) {
     const auto [tick, missed] = next_tick(grid, 7, now_ns);
     return std::pair{tick, missed};
@@ -105,7 +105,7 @@ TEST(TickGrid, AnOverrunSkipsWholePeriodsAndKeepsThePhase) {
   EXPECT_THAT(next(grid.time_of(17) + period / 2), Pair(18, 10));
 }
 
-TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
+TEST(TickGrid, TicksAndMissedCyclesAddUp) {
   // A beat with simulated latencies and execution times, some of them far too long.
   std::uint64_t planned = 1;
   std::uint64_t ticks = 0;
@@ -129,4 +129,4 @@ TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon::realtime_test
+}  // namespace odomd::daemon::beat_test

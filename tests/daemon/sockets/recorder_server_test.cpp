@@ -1,6 +1,6 @@
 // The recorder socket with recorders that read nothing, or slowly; odomd_record_test.cpp has those
 // that read everything. The test sets the clock and makes the ticks.
-#include "daemon/sockets/recorder_door.hpp"
+#include "daemon/sockets/recorder_server.hpp"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
 
-namespace odomd::daemon::recorder_door_test {
+namespace odomd::daemon::recorder_server_test {
 namespace {
 
 constexpr std::int64_t period_ns = 5'000'000;
@@ -45,7 +45,7 @@ class Recorder {
   FileDescriptor connection_;
 };
 
-class RecorderDoorTest : public testing::Test {
+class RecorderServerTest : public testing::Test {
  protected:
   void SetUp() override {
     std::filesystem::permissions(directory_, std::filesystem::perms{0755});
@@ -55,13 +55,13 @@ class RecorderDoorTest : public testing::Test {
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
     static_cast<void>(buses_.index_of("can0"));
     journal_.emplace(LogConfig{directory_ / "log", "info"});
-    door_.emplace(Recorded{config_, buses_, 0xABCDEF, *tap_},
-                  LocalSocket({{directory_ / "record.sock", 0600}, SocketType::stream}),
-                  std::vector<RecordingFile>{{"car.toml", "# a car\n"}});
+    server_.emplace(Recorded{config_, buses_, 0xABCDEF, *tap_},
+                    LocalSocket({{directory_ / "record.sock", 0600}, SocketType::stream}),
+                    std::vector<RecordingFile>{{"car.toml", "# a car\n"}});
   }
   Recorder connect() {
     Recorder recorder(directory_ / "record.sock");
-    door_->accept(now_ns_, *journal_);
+    server_->accept(now_ns_, *journal_);
     return recorder;
   }
 
@@ -72,7 +72,7 @@ class RecorderDoorTest : public testing::Test {
         const auto& record = pipeline_->tick(++tick_, now_ns_ += period_ns);
         tap_->tick_done(record, {now_ns_, 0, 0}, *pipeline_);
       }
-      door_->serve(now_ns_, *journal_);
+      server_->serve(now_ns_, *journal_);
     }
   }
 
@@ -93,12 +93,12 @@ class RecorderDoorTest : public testing::Test {
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<RecordingTap> tap_;
   std::optional<Journal> journal_;
-  std::optional<RecorderDoor> door_;
+  std::optional<RecorderServer> server_;
   std::int64_t now_ns_ = second;
   std::uint64_t tick_ = 0;
 };
 
-TEST_F(RecorderDoorTest, DropsOneThatNeverReadsAndLetsTheNextIn) {
+TEST_F(RecorderServerTest, DropsARecorderThatNeverReadsAndAcceptsTheNext) {
   const auto silent = connect();
   run(9 * second);
   EXPECT_THAT(log(), Not(HasSubstr("ended")));
@@ -115,7 +115,7 @@ TEST_F(RecorderDoorTest, DropsOneThatNeverReadsAndLetsTheNextIn) {
   EXPECT_FALSE(next.read());
 }
 
-TEST_F(RecorderDoorTest, KeepsOneThatReadsSeldomButAll) {
+TEST_F(RecorderServerTest, KeepsARecorderThatReadsSeldomButEverything) {
   const auto slow = connect();
   for (int i = 0; i < 5; ++i) {
     run(8 * second);
@@ -127,7 +127,7 @@ TEST_F(RecorderDoorTest, KeepsOneThatReadsSeldomButAll) {
 
 // A recorder that reads too slowly falls behind until the rings are full. Then it has ten seconds
 // for everything that is left; reading only a part does not extend them.
-TEST_F(RecorderDoorTest, DropsOneThatReadsTooLittleForEver) {
+TEST_F(RecorderServerTest, DropsARecorderThatFallsBehind) {
   const auto dripping = connect();
   for (int i = 0; i < 30; ++i) {
     dripping.read(8192);
@@ -138,4 +138,4 @@ TEST_F(RecorderDoorTest, DropsOneThatReadsTooLittleForEver) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon::recorder_door_test
+}  // namespace odomd::daemon::recorder_server_test

@@ -1,4 +1,4 @@
-#include "daemon/realtime/realtime.hpp"
+#include "daemon/realtime/privileges.hpp"
 
 #include <fcntl.h>
 #include <linux/capability.h>
