@@ -16,8 +16,8 @@ namespace {
 
 using estimator::Pose2;
 
-// Over half a second a usual camera (28 Hz) has 14 poses, and the speed error of a car's sensors
-// hardly changes. A slower camera needs longer.
+// In half a second a usual camera (28 Hz) takes 14 poses, and the speed error of a car's sensors
+// hardly changes. A slower camera needs a longer window.
 constexpr std::int64_t usual_window_ns = 500'000'000;
 constexpr std::int64_t longest_window_ns = 2'000'000'000;
 constexpr std::int64_t poses_in_window = 5;

@@ -2,8 +2,8 @@
 //
 // The pose at an instant comes from the camera's next poses, carried back with the odometry of the
 // full filter, whose sensors the camera has calibrated. A filter never knows a pose that was taken
-// after the instant for which it publishes: so each pose is held out from all estimates that it
-// judges, and the comparison is not circular. docs/evaluation.md, "Drives without truth".
+// after the instant for which it publishes. So no estimate uses the poses that it is compared with,
+// and the comparison is not circular. docs/evaluation.md, "Drives without truth".
 #pragma once
 
 #include <optional>

@@ -92,7 +92,7 @@ void remove_lever_arm(EvaluatedDrive& drive, const Judging& judging, const Drive
   EvaluationReport& report = drive.report;
   if (drive.reference->is_camera && (judging.lever_arm || judging.fit_lever_arm))
     throw std::invalid_argument(drive.name +
-                                ": --lever-arm and --fit-lever-arm are of a truth.csv; without one "
+                                ": --lever-arm and --fit-lever-arm apply to truth.csv; without it "
                                 "the reference is camera.csv with [camera] lever_arm");
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;

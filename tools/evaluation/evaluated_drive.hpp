@@ -22,9 +22,9 @@ struct EvaluatedDrive {
   EvaluationReport report;              ///< one evaluation per estimate
   std::optional<Trajectory> reference;  ///< of the centre of gravity: truth or camera, or none
   std::vector<Trajectory> estimates;
-  std::vector<ReplayedDrive> replays;  ///< one per estimate, its poses moved to `estimates`; none
-                                       ///< for pose files
-  std::vector<estimator::CameraPose> cameras;  ///< also those that the replay left out
+  std::vector<ReplayedDrive> replays;  ///< one per estimate, without its poses, which are in
+                                       ///< `estimates`; empty for pose files
+  std::vector<estimator::CameraPose> cameras;  ///< including those that the replay left out
   bool is_part = false;  ///< limited by --from or --to; sample statistics cover the whole drive
   bool loop_is_assumed = false;   ///< without --closed-loop: the end is near the start
   bool begins_elsewhere = false;  ///< the configuration's initial pose belongs to another drive

@@ -17,8 +17,8 @@ namespace {
 using estimator::Pose2;
 
 constexpr double fastest_car = kind("reference_jumps").limits.most;
-constexpr double standing = 0.1;  // m: no car turns so tightly; a reference that stays within only
-                                  // shows noise
+constexpr double standing = 0.1;  // m: a reference that stays within this distance shows only
+                                  // noise, as no car turns so tightly
 
 // The reference's rows between two times, and its interpolated ends. Only one row per tenth of a
 // second of a camera reference, as its noise would lengthen the path.
@@ -32,7 +32,7 @@ std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t fir
   return points;
 }
 
-// The figures of the path that errors are related to.
+// Length and extent of the path, its jumps and its longest gap.
 void add_path(std::span<const TrajectoryPoint> path, Evaluation& result) {
   for (std::size_t i = 1; i < path.size(); ++i) {
     const double step = distance(path[i - 1].pose, path[i].pose);
@@ -44,10 +44,10 @@ void add_path(std::span<const TrajectoryPoint> path, Evaluation& result) {
   }
 }
 
-// Time in which the reference repeats a position, as trackers often do that have lost the car.
+// Time for which the reference repeats one position, as many trackers do when they lose the car.
 std::int64_t stuck_ns(std::span<const Pair> pairs) {
-  constexpr double still = 0.005;  // m, most motion of the reference
-  constexpr double driven = 0.5;   // m, least distance of the estimate
+  constexpr double still = 0.005;  // m, maximum motion of the reference
+  constexpr double driven = 0.5;   // m, minimum motion of the estimate
   constexpr std::int64_t least_ns = 1'000'000'000;
   std::int64_t all_ns = 0;
   for (std::size_t first = 0; first < pairs.size();) {
@@ -233,12 +233,12 @@ std::optional<diagnostics::Diagnostic> check_that_it_closes(
   }
   if (excess(*best) > 1.0) {
     throw std::invalid_argument(
-        drive + ": the lap does not close: by the best estimate it ends " + how_far(*best) +
-        "; cut it to whole laps with --from and --to, or give a --reference");
+        drive + ": the lap does not close: according to the best estimate it ends " +
+        how_far(*best) + "; cut it to whole laps with --from and --to, or give a --reference");
   }
   if (closes_badly(*best)) {
     return found(kind("loop_closes_badly"), drive,
-                 "the lap closes badly: by the best estimate it ends " + how_far(*best));
+                 "the lap closes badly: according to the best estimate it ends " + how_far(*best));
   }
   return std::nullopt;
 }

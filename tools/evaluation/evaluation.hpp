@@ -16,7 +16,7 @@
 
 namespace odomd::tools {
 
-/// The basis of comparison for an estimate.
+/// What an estimate is compared with.
 enum class Against : std::uint8_t {
   reference,
   camera,       ///< the camera's next poses: see camera_reference.hpp
@@ -48,12 +48,13 @@ struct Evaluation {
   std::int64_t reference_stuck_ns = 0;  ///< total time at one position while the estimate moves on
   estimator::Pose2 alignment;           ///< of the estimate to the reference
 
-  // For a closed loop, the above and:
+  // Also for a closed loop:
   double end_error = 0.0;              ///< [m]
   std::optional<double> end_cm_per_m;  ///< per path length; nothing if stationary
   double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
 
-  // Only with a reference. A camera's noise is contained in mean and max, but removed from rms:
+  // Only with a reference. With a camera as reference, its noise is part of mean and max, but not
+  // of rms:
   Spread position;                         ///< [m]
   Spread heading;                          ///< [rad]
   double reference_noise = 0.0;            ///< rms of a camera's positions [m]

@@ -11,7 +11,6 @@
 #include "estimator/common/measurement.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
-#include "tools/evaluation/time_offset.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
@@ -19,7 +18,7 @@ namespace odomd::tools {
 /// Adds the replays' warnings about sensors. A warning of every model is added once, for the drive.
 void check_sensors(EvaluatedDrive& drive);
 
-/// Checks whether the units of poses are those of another trajectory, which messages call `whose`.
+/// Checks whether poses use the same units as another trajectory, named `whose` in messages.
 [[nodiscard]] diagnostics::Diagnostics check_units_of(const Trajectory& poses,
                                                       const Trajectory& other,
                                                       const std::string& whose);
@@ -34,18 +33,40 @@ void check_sensors(EvaluatedDrive& drive);
 void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
                     const std::vector<bool>& has_same_units);
 
-/// Compares the times of a reference with those of estimates from files, whose log is not known.
-/// Nothing if they agree.
+/// Compares the times of a reference with those of estimates from pose files, without their log.
+/// Nothing if the times agree.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(
     const Trajectory& reference, std::span<const Trajectory> estimates, Align align);
 
-/// Compares the times of a drive's reference with those of motion() without the camera, which is on
-/// the log's clock. The reference is that of the centre of gravity. Replays the drive.
+/// Compares the times of a drive's reference, given for the centre of gravity, with those of
+/// motion() without the camera, which is on the log's clock. Replays the drive.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_times(const Trajectory& reference,
                                                                  const Drive& drive, Align align);
 
-/// Warnings of the replay, and of an initial pose of another drive; with a reference, of its units
-/// and headings, of a reference of another drive, and of wrong times. Throws like replay_drive().
+/// Warnings from the replay, and about an initial pose from another drive. With a reference, also
+/// about its units, its headings and its times, and if it belongs to another drive. Throws like
+/// replay_drive().
 [[nodiscard]] diagnostics::Diagnostics check_drive(const Drive& drive);
+
+// Detects a reference with wrong times. Without this check, an offset of tens of milliseconds looks
+// like a bad filter whose sigmas are far too small.
+
+struct TimeOffset {
+  double late_s = 0.0;  ///< offset of the reference's times; negative: early
+  double before = 0.0;  ///< rms error with the times as they are [m]
+  double after = 0.0;   ///< rms error without the offset [m]
+};
+
+/// From position and heading over the whole drive, for an estimate that does not drift from the
+/// reference. Nothing if errors have other causes, or the offset is below 20 ms or above 0.23 s.
+[[nodiscard]] std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
+                                                            const Trajectory& estimate,
+                                                            Align align);
+
+/// From displacement and yaw change over every second, for an estimate that may drift; `before` and
+/// `after` are errors over a second. A model that turns with the steering turns before the car
+/// does; this does not count as an offset.
+[[nodiscard]] std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
+                                                         const Trajectory& estimate);
 
 }  // namespace odomd::tools

@@ -131,17 +131,18 @@ Value better(E e, E baseline, Value value, Value before, double usual = 0.0) {
 constexpr double per_degree = 180.0 / std::numbers::pi;
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr auto displacement = &HorizonError::displacement;
-constexpr std::string_view smaller = "how much smaller than the baseline's; negative: larger";
+constexpr std::string_view smaller =
+    "how much smaller this error is than the baseline's; negative: larger";
 
 constexpr std::array<Metric, 22> all_metrics{{
     {"samples", 0, "instants that were compared",
      [](E e, E) { return Value(static_cast<double>(e.samples)); }},
-    {"time span [s]", 3, "from the first of them to the last",
+    {"time span [s]", 3, "from the first compared instant to the last",
      [](E e, E) { return Value(static_cast<double>(e.last_ns - e.first_ns) * 1e-9); }},
     {"path length [m]", 3, "distance driven along the reference, or along the estimate without one",
      [](E e, E) { return Value(e.path_length); }},
     {"end error [m]", 4,
-     "distance of the last pose from the reference's, or from the start of a closed loop",
+     "distance of the last pose from the reference, or from the start of a closed loop",
      [](E e, E) { return if_known(e.against != Against::nothing, e.end_error); }},
     {"end error [cm/m]", 3, "end error per metre of the path: per cent of the distance driven",
      [](E e, E) { return e.end_cm_per_m; }},
@@ -151,11 +152,12 @@ constexpr std::array<Metric, 22> all_metrics{{
      [](E e, E) { return against_reference(e, e.position.rms); }},
     {"position max [m]", 4, "the largest distance from the reference",
      [](E e, E) { return against_reference(e, e.position.max); }},
-    {"heading error at the end [deg]", 3, "heading less the reference's at the end, turns counted",
+    {"heading error at the end [deg]", 3,
+     "heading minus the reference's heading at the end, including whole turns",
      [](E e, E) { return if_known(e.against != Against::nothing, degrees(e.heading_end)); }},
-    {"heading error rms [deg]", 3, "root of its mean square over the drive",
+    {"heading error rms [deg]", 3, "root mean square of the heading error",
      [](E e, E) { return against_reference(e, degrees(e.heading.rms)); }},
-    {"heading error max [deg]", 3, "its largest magnitude",
+    {"heading error max [deg]", 3, "largest magnitude of the heading error",
      [](E e, E) { return against_reference(e, degrees(e.heading.max)); }},
     // The JSON also has their rms and maximum, and further horizons.
     {"35 ms error mean [mm]", 3,
@@ -164,7 +166,7 @@ constexpr std::array<Metric, 22> all_metrics{{
      [](E e, E) { return mean_over(e, short_horizon_ns, displacement, 1e3); }},
     {"35 ms yaw error mean [deg]", 3, "error of the turn over seven ticks of 5 ms",
      [](E e, E) { return mean_over(e, short_horizon_ns, &HorizonError::yaw, per_degree); }},
-    {"1000 ms error mean [mm]", 3, "the same over a second",
+    {"1000 ms error mean [mm]", 3, "error of the displacement over a second, in the body frame",
      [](E e, E) { return mean_over(e, second_ns, displacement, 1e3); }},
     {"NEES mean (expected: 3)", 3,
      "squared error over the filter's own covariance, of x, y and yaw. 3: the sigmas fit the "
@@ -175,11 +177,11 @@ constexpr std::array<Metric, 22> all_metrics{{
      "by what factor the squared innovations are off what the filter expects, as geometric mean "
      "over the sources. Needs no reference",
      [](E e, E) { return e.nis_factor; }},
-    {"vx rms [m/s]", 4, "root mean square of the error of the speed ahead",
+    {"vx rms [m/s]", 4, "root mean square of the error of the speed along the car",
      [](E e, E) { return velocity(e, &Motion::vx); }},
-    {"vy rms [m/s]", 4, "the same of the speed to the left",
+    {"vy rms [m/s]", 4, "root mean square of the error of the speed to the left",
      [](E e, E) { return velocity(e, &Motion::vy); }},
-    {"yaw rate rms [deg/s]", 4, "the same of the yaw rate",
+    {"yaw rate rms [deg/s]", 4, "root mean square of the error of the yaw rate",
      [](E e, E) { return velocity(e, &Motion::yaw_rate, per_degree); }},
     {"end error better by [%]", 1, smaller,
      [](E e, E b) { return better(e, b, e.end_error, b.end_error, b.position.rms); }},
@@ -250,15 +252,16 @@ std::string basis_in_words(Against against) {
       return "truth.csv";
     case Against::camera:
       return "camera.csv, as there is no truth.csv: each instant against the camera poses taken "
-             "after it. The rms is without their noise. What is wrong with the camera itself is "
-             "not seen, nor are errors over less than a second";
+             "after it. The rms is without their noise. Errors of the camera itself are not "
+             "visible, nor are errors over less than a second";
     case Against::closed_loop:
       return "its own start: a closed loop, the drive ends where it began. Only the error at the "
-             "end is known, and what cancels on the way round is not seen";
+             "end is known; errors that cancel along the loop are not visible";
     case Against::nothing:
       break;
   }
-  return "nothing: there is no truth.csv, camera.csv has not a second of usable poses, and the "
+  return "nothing: there is no truth.csv, camera.csv does not have a second of usable poses, and "
+         "the "
          "drive is no closed loop. Errors of position and heading are not known; innovations show "
          "only whether the filter agrees with its sensors";
 }

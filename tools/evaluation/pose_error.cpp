@@ -58,24 +58,6 @@ Pose2 least_squares(std::span<const Pair> pairs) {
   return {mean_reference.x - turned.x, mean_reference.y - turned.y, yaw};
 }
 
-std::optional<HorizonError> error_over(std::int64_t horizon_ns, const Trajectory& reference,
-                                       const Trajectory& estimate, std::span<const Pair> pairs) {
-  Gathered displacement, yaw;
-  const std::int64_t last_ns = pairs.back().estimate.t_ns;
-  for (const Pair& pair : pairs) {
-    const std::int64_t later_ns = pair.estimate.t_ns + horizon_ns;
-    if (later_ns > last_ns) break;
-    const auto there = at(estimate, later_ns), true_there = at(reference, later_ns);
-    if (!there || !true_there) continue;
-    const Pose2 d = relative(pair.estimate.pose, there->pose);
-    const Pose2 d_true = relative(pair.reference.pose, true_there->pose);
-    displacement.add(std::hypot(d_true.x - d.x, d_true.y - d.y));
-    yaw.add(std::abs(d.yaw - d_true.yaw));
-  }
-  if (displacement.count() == 0) return std::nullopt;
-  return HorizonError{horizon_ns, displacement.spread(), yaw.spread(), displacement.count()};
-}
-
 std::optional<double> nees(const estimator::PoseCovariance& P, const Pose2& error) {
   Eigen::Matrix3d full;
   full << P[0], P[1], P[2],  //
@@ -243,8 +225,19 @@ std::vector<HorizonError> horizon_errors(const Trajectory& reference, const Traj
                                          std::span<const Pair> pairs) {
   std::vector<HorizonError> errors;
   for (const std::int64_t horizon_ns : horizons_ns) {
-    if (const auto error = error_over(horizon_ns, reference, estimate, pairs))
-      errors.push_back(*error);
+    Gathered displacement, yaw;
+    for (const Pair& pair : pairs) {
+      const std::int64_t later_ns = pair.estimate.t_ns + horizon_ns;
+      if (later_ns > pairs.back().estimate.t_ns) break;
+      const auto there = at(estimate, later_ns), true_there = at(reference, later_ns);
+      if (!there || !true_there) continue;
+      const Pose2 d = relative(pair.estimate.pose, there->pose);
+      const Pose2 d_true = relative(pair.reference.pose, true_there->pose);
+      displacement.add(std::hypot(d_true.x - d.x, d_true.y - d.y));
+      yaw.add(std::abs(d.yaw - d_true.yaw));
+    }
+    if (displacement.count() > 0)
+      errors.push_back({horizon_ns, displacement.spread(), yaw.spread(), displacement.count()});
   }
   return errors;
 }

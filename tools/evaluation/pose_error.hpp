@@ -66,8 +66,8 @@ struct PoseError {
 /// at the end. After a fit to all positions they never apply.
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
-/// Both headings are unwrapped. Whole turns between them are removed at the first time and at
-/// resets of the estimate, which cannot know the number of turns. Without a covariance `covariance`
+/// Both headings are unwrapped. Whole turns between them are removed at the first time and whenever
+/// the estimate is reset, as it cannot know the number of turns. Without a covariance `covariance`
 /// and `nees` stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
                                                  const estimator::Pose2& alignment,
@@ -84,7 +84,7 @@ struct DrivenError {
 };
 [[nodiscard]] DrivenError driven(const PoseError& error);
 
-/// 95 % of νᵀP⁻¹ν with three degrees of freedom lie below.
+/// The 95 % quantile of χ² with three degrees of freedom.
 inline constexpr double chi_squared_95_of_3 = 7.814727903251179;
 
 struct Spread {

@@ -1,4 +1,4 @@
-#include "tools/evaluation/time_offset.hpp"
+#include "tools/evaluation/evaluation_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "tools/evaluation/pose_error.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {
@@ -20,13 +19,15 @@ constexpr std::int64_t stride_ns = 50'000'000;
 constexpr std::size_t most_samples = 2000;
 constexpr std::size_t fewest = 100;
 
-// Smaller offsets may come from an unstated latency, or from holding a value between two samples.
+// Smaller offsets may come from a latency that is not configured, or from values that are held
+// between two samples.
 constexpr double least_offset = 0.02;  // s
 // Largest share of the error that may remain without the offset. Recorded and simulated drives with
 // correct times have 0.75 and above, those 50 ms off 0.5 and below.
 constexpr double left_of_position = 0.6;
 constexpr double left_of_heading = 0.95;
-// Likewise over a second: a kinematic model, which turns with the steering, has 0.65 and above.
+// The same for errors over a second: a kinematic model, which turns with the steering, has 0.65 and
+// above.
 constexpr double left_of_turn = 0.5;
 constexpr double left_of_way = 0.9;
 constexpr double least_turn = 0.005;  // rad in a second, rms of the error

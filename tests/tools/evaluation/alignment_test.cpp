@@ -4,8 +4,7 @@
 #include "tests/estimator/drive.hpp"
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation/evaluation.hpp"
-#include "tools/evaluation/pose_error.hpp"
-#include "tools/evaluation/time_offset.hpp"
+#include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools::alignment_test {
@@ -46,7 +45,7 @@ TEST(Alignment, FitIsBetterThanAnyNeighbour) {
   }
 }
 
-TEST(Alignment, FitOfACarThatStandsTakesTheRotationFromTheHeadings) {
+TEST(Alignment, FitOfAStandingCarUsesTheHeadingsForTheRotation) {
   Trajectory reference = wavy_drive(0.0, 1.0, 0.01);
   for (auto& point : reference.points) point.pose = {2.0, 1.0, 0.7};
   Trajectory estimate = reference;
@@ -55,7 +54,7 @@ TEST(Alignment, FitOfACarThatStandsTakesTheRotationFromTheHeadings) {
               PoseNear(estimator::Pose2{2.0, 1.0, 0.5}, 1e-12));
 }
 
-TEST(LeverArm, IsFoundAgainWhateverTheAlignmentDriftAndScale) {
+TEST(LeverArm, IsFoundDespiteAlignmentDriftAndScale) {
   const estimator::Pose2 lever{0.12, -0.03, 0.05};
   const Trajectory car = wavy_drive(0.0, 20.0, 0.01);
   Trajectory reference = car;
@@ -71,7 +70,7 @@ TEST(LeverArm, IsFoundAgainWhateverTheAlignmentDriftAndScale) {
   EXPECT_GT(fit.windows, 100U);
 }
 
-TEST(LeverArm, IsTakenOutOfPoseAndVelocity) {
+TEST(LeverArm, IsRemovedFromPoseAndVelocity) {
   const estimator::Pose2 lever{0.12, -0.03, 0.05};
   const Trajectory car = wavy_drive(0.0, 2.0, 0.01);
   Trajectory reference = car;
@@ -138,7 +137,7 @@ Trajectory drifting() {
   return estimate;
 }
 
-TEST(TimeOffset, IsFoundOfAnEstimateThatStaysWithTheReference) {
+TEST(TimeOffset, IsFoundForAnEstimateThatDoesNotDrift) {
   for (const double late : {-0.15, -0.05, 0.03, 0.1}) {
     const auto found = offset_by_positions(late_by(late, truth), held(), Align::none);
     ASSERT_TRUE(found) << late;
@@ -150,7 +149,7 @@ TEST(TimeOffset, IsFoundOfAnEstimateThatStaysWithTheReference) {
   EXPECT_FALSE(offset_by_positions(late_by(0.01, truth), held(), Align::none));
 }
 
-TEST(TimeOffset, IsFoundOfAnEstimateThatDrifts) {
+TEST(TimeOffset, IsFoundForAnEstimateThatDrifts) {
   for (const double late : {-0.15, -0.1, 0.1, 0.15}) {
     const auto found = offset_by_motion(late_by(late, truth), drifting());
     ASSERT_TRUE(found) << late;
@@ -159,7 +158,7 @@ TEST(TimeOffset, IsFoundOfAnEstimateThatDrifts) {
   EXPECT_FALSE(offset_by_motion(truth, drifting()));
 }
 
-TEST(TimeOffset, IsNoWrongWheelLeverArmOrHeading) {
+TEST(TimeOffset, IsNotReportedForAWrongWheelLeverArmOrHeading) {
   Trajectory large_wheels = wavy_drive(0.0, 20.0, 0.01);
   for (auto& point : large_wheels.points) {  // drives straight, with a growing lead
     point.pose = {1.03 * static_cast<double>(point.t_ns) * 1e-9, 0.0, 0.0};
@@ -175,7 +174,7 @@ TEST(TimeOffset, IsNoWrongWheelLeverArmOrHeading) {
   EXPECT_FALSE(has_offset(at_centre_of_gravity(truth, {0.0, 0.0, 0.1}), held()));
 }
 
-TEST(TimeOffset, IsNoSteeringThatIsAheadOfTheCar) {
+TEST(TimeOffset, IsNotReportedForSteeringAheadOfTheCar) {
   // Turns 0.1 s before the car and by a fifth more, like a kinematic model whose tyres slip.
   Trajectory estimate = wavy_drive(0.5, 19.5, 0.005);
   double x = estimate.points.front().pose.x;
@@ -191,7 +190,7 @@ TEST(TimeOffset, IsNoSteeringThatIsAheadOfTheCar) {
   EXPECT_FALSE(offset_by_motion(truth, estimate));
 }
 
-TEST(TimeOffset, SaysNothingOfACarThatStandsOrOfLittle) {
+TEST(TimeOffset, IsNotReportedForAStandingCarOrAShortDrive) {
   Trajectory standing = truth;
   for (auto& point : standing.points) point.pose = {1.0, 2.0, 0.5};
   EXPECT_FALSE(offset_by_positions(standing, standing, Align::none));
@@ -204,7 +203,7 @@ TEST(TimeOffset, SaysNothingOfACarThatStandsOrOfLittle) {
 
 constexpr std::int64_t tick = 5'000'000;
 
-TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
+TEST(HorizonErrors, OfAGyroErrorAreTheDistanceBetweenTwoChords) {
   // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of the start, each moves by v/ω (sin ωT,
   // 1 − cos ωT).
   const auto chord = [](double rate, double t) {
@@ -257,7 +256,7 @@ Trajectory lap(double turns) {
   return arc_drive(2.0, 1.0, turns * 2.0 * std::numbers::pi, 0.005);
 }
 
-TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {
+TEST(ClosedLoop, IsComparedWithItsOwnStart) {
   const Evaluation e = evaluate_closed_loop(lap(1.01));
   EXPECT_EQ(e.against, Against::closed_loop);
   EXPECT_NEAR(e.path_length, 2.0 * 1.01 * 2.0 * std::numbers::pi, 0.02);
@@ -268,7 +267,7 @@ TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {
   EXPECT_FALSE(check_that_it_closes("lap", std::vector{e}));
 }
 
-TEST(ClosedLoop, ThatClosesBadlyGivesAWarningAndOneThatDoesNotIsRefused) {
+TEST(ClosedLoop, GivesAWarningIfItClosesBadlyAndAnErrorIfItDoesNotClose) {
   const auto verdict = [](double turns) {
     return message_of([turns] {
       const auto warning =
@@ -278,9 +277,10 @@ TEST(ClosedLoop, ThatClosesBadlyGivesAWarningAndOneThatDoesNotIsRefused) {
   };
   EXPECT_EQ(verdict(1.02), "");
   EXPECT_EQ(verdict(0.93), "loop_closes_badly");
-  EXPECT_THAT(verdict(0.8),
-              AllOf(HasSubstr("lap: the lap does not close: by the best estimate it ends 2.35 m"),
-                    HasSubstr("--from and --to, or give a --reference")));
+  EXPECT_THAT(
+      verdict(0.8),
+      AllOf(HasSubstr("lap: the lap does not close: according to the best estimate it ends 2.35 m"),
+            HasSubstr("--from and --to, or give a --reference")));
   EXPECT_THAT(verdict(0.01), HasSubstr("the car hardly moves"));
 }
 

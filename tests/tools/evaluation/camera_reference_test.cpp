@@ -67,7 +67,7 @@ TEST(CameraReference, HasTheNoiseThatItsCovarianceStates) {
               0.02);
 }
 
-TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
+TEST(CameraReference, DoesNotUsePosesUpToItsInstant) {
   const Trajectory truth = circle(6.0);
   std::vector<estimator::CameraPose> poses = seen(6.0);
   const Trajectory before = reference_of(poses, truth);
@@ -83,7 +83,7 @@ TEST(CameraReference, KnowsNothingOfPosesUpToItsInstant) {
   EXPECT_NEAR(moved(instant - 1'000'000'000), 1.0, 0.02);
 }
 
-TEST(CameraReference, LeavesOutPosesOfSomethingElse) {
+TEST(CameraReference, LeavesOutPosesOfAnotherObject) {
   const Trajectory truth = circle(30.0);
   std::vector<estimator::CameraPose> poses = seen(30.0);
   const Trajectory sound = reference_of(poses, truth);
@@ -192,7 +192,7 @@ TEST(DrivesWithoutTruth, AreJudgedAsByTheTruthOnSimulatedDrives) {
   }
 }
 
-TEST(DrivesWithoutTruth, BearAGapOfTheCamera) {
+TEST(DrivesWithoutTruth, TolerateACameraGap) {
   const Scratch scratch;
   const fs::path folder = simulate(scratch, "--scenario lap --duration 20", "gap");
   fs::remove(folder / "truth.csv");
@@ -221,7 +221,7 @@ EvaluatedDrive alone(const Scratch& scratch, const std::string& how) {
   return evaluate_folder({.folder = folder}, {estimator::Model::full}, {});
 }
 
-TEST(DrivesWithoutTruth, AreClosedLoopsWithoutCameraElseTheirInnovations) {
+TEST(DrivesWithoutTruth, AreJudgedAsClosedLoopsOrByInnovationsWithoutACamera) {
   const Scratch scratch;
   const EvaluatedDrive lap = alone(scratch, " --scenario circle --laps 1");
   const Evaluation& loop = lap.report.evaluations.front();

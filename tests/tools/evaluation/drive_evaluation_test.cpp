@@ -56,7 +56,7 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
 }
 
 // A database that is not next to the configuration is taken from the folder.
-TEST_F(DriveEvaluation, TakesAnotherConfigurationWithItsDatabaseAndReference) {
+TEST_F(DriveEvaluation, UsesAnotherConfigurationWithItsDatabaseAndReference) {
   const Scratch& scratch = shared().scratch;
   const std::string text = contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n";
   const auto read = [](const std::filesystem::path& config) {
@@ -74,7 +74,7 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationWithItsDatabaseAndReference) {
   EXPECT_THAT(message_of([&] { (void)read(nowhere); }), HasSubstr("no.dbc"));
 }
 
-TEST_F(DriveEvaluation, TakesTheTruthToTheCentreOfGravityByItsLeverArm) {
+TEST_F(DriveEvaluation, ConvertsTheTruthToTheCentreOfGravityWithItsLeverArm) {
   const Drive drive = read_drive({.folder = lap(), .camera = CameraUse::leave_out});
   ASSERT_TRUE(drive.config.reference_lever_arm);  // 0 in drives of odom sim
   const double expected = evaluated(drive).position.rms;
@@ -109,7 +109,7 @@ TEST_F(DriveEvaluation, ReportHasTheLeverArmOfTheConfiguration) {
             0.0);
 }
 
-TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
+TEST_F(DriveEvaluation, SaysInOneLineWhatIsMissingInAFolder) {
   const auto folder = shared().scratch.path("bare");
   std::filesystem::create_directory(folder);
   const auto refusal = [&folder] {
@@ -133,7 +133,7 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   EXPECT_THAT(
       message_of([&] { (void)replay_drive(silent, silent.config); }),
       StartsWith(folder.string() + ": none of the 4 mapped messages is among the 1 frames"));
-  // A known frame, but no wheel.
+  // The frame is mapped, but it has no wheel speed.
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 1A2#0000000000000000\n";
   const Drive still = read_drive({.folder = folder});
   EXPECT_THAT(message_of([&] { (void)replay_drive(still, still.config); }),

@@ -57,7 +57,7 @@ TEST_F(Evaluate, WritesJsonInTheOrderAndWithTheTimesOfTheFiles) {
       AllOf(HasSubstr("\"t_first\": 1760000010.55,"), HasSubstr("\"t_last\": 1760000029.55,")));
 }
 
-TEST_F(Evaluate, TakesALeverArmOrFitsOneAndSaysSo) {
+TEST_F(Evaluate, ReportsTheGivenOrFittedLeverArm) {
   EXPECT_THAT(
       run("--reference ref.csv --pose good.csv --lever-arm -0.1,0,0").out,
       HasSubstr("lever arm  -0.1000 m, 0.0000 m, 0.00 deg of the reference point, as given"));
@@ -65,7 +65,7 @@ TEST_F(Evaluate, TakesALeverArmOrFitsOneAndSaysSo) {
               HasSubstr("fitted to"));
 }
 
-TEST_F(Evaluate, KeepsWhatItReadsAndSaysWhyAReportCannotBeWritten) {
+TEST_F(Evaluate, DoesNotOverwriteItsInputsAndSaysWhyAReportCannotBeWritten) {
   simulate(scratch_, "--ideal --duration 1");
   for (const std::string file : {"drive/car.toml", "drive/car.dbc", "drive/drive.log",
                                  "drive/camera.csv", "drive/truth.csv"}) {
@@ -77,7 +77,7 @@ TEST_F(Evaluate, KeepsWhatItReadsAndSaysWhyAReportCannotBeWritten) {
               Ends(1, "odom evaluate: /dev/full: cannot be written: No space left on device\n"));
 }
 
-TEST_F(Evaluate, WarnsOfWhatMakesTheFiguresDoubtful) {
+TEST_F(Evaluate, WarnsOfInputsThatMakeTheFiguresDoubtful) {
   const std::string whole = scratch_.text("good.csv");
   scratch_.write("cut.csv", whole.substr(0, whole.size() - 40));
   write("early.csv", wavy_drive(0.0, 2.0, 0.01));
@@ -95,8 +95,8 @@ TEST_F(Evaluate, WarnsOfWhatMakesTheFiguresDoubtful) {
     if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
   write("late.csv", moved);
   write("long.csv", wavy_drive(0.0, 40.0, 0.005));
-  // No warning for a requested part, unless the file covers less. The times of late.csv are off in
-  // the part that is evaluated, or not.
+  // A requested part gives no warning, unless the file covers less. In late.csv the times are off
+  // only after 20 s; --from selects that part, --to excludes it.
   expect_answers(scratch_, 0, "odom evaluate --reference", R"(
 ref.csv --pose cut.csv -> warning: cut.csv:802: the last line is cut off
 early.csv --pose good.csv -> odom evaluate: warning: good.csv: the reference covers 2.0 s of 4.0 s;
@@ -138,7 +138,7 @@ std::string later(const std::string& file, std::size_t columns, double seconds) 
   return moved;
 }
 
-TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
+TEST_F(Evaluate, SaysWhichTimesAreOffInADrive) {
   simulate(scratch_, "--duration 30 --standstill 1", "lap");
   const std::string truth = scratch_.text("lap/truth.csv");
   const auto warnings = [&](const std::string& how = "") {

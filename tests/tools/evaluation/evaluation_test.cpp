@@ -21,7 +21,7 @@ TEST(Evaluation, OfTheReferenceItselfIsZero) {
   }
 }
 
-TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
+TEST(Evaluation, OfAScaleErrorHasTheFiguresOfThePaper) {
   // 1 % too far over 10 m: 10 cm at the end, 1 cm/m, 0.35 mm in 35 ms, rms = 0.1/√3 of a ramp.
   const Evaluation e =
       evaluate(arc_drive(1.0, 0.0, 10.0, 0.01), arc_drive(1.01, 0.0, 10.0, 0.005), Align::first);
@@ -48,7 +48,7 @@ TEST(Evaluation, AccumulatesHeadingOverWholeTurns) {
   EXPECT_NEAR(e.heading.rms, 6.0 / std::sqrt(3.0), 1e-2);
 }
 
-TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
+TEST(Evaluation, DropsWholeTurnsAtAReset) {
   const Trajectory drive = wavy_drive(0.0, 30.0, 0.01);
   Trajectory estimate = drive;
   for (auto& point : estimate.points) {
@@ -64,7 +64,7 @@ TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
   EXPECT_NEAR(e.heading.max, 2.0, 0.01);
 }
 
-TEST(Evaluation, CoversTheCommonSpanAlone) {
+TEST(Evaluation, CoversOnlyTheCommonSpan) {
   const Evaluation e =
       evaluate(wavy_drive(1.0, 3.0, 0.01), wavy_drive(2.0, 9.0, 0.005), Align::first);
   EXPECT_EQ(e.first_ns, 2'000'000'000);
@@ -73,7 +73,7 @@ TEST(Evaluation, CoversTheCommonSpanAlone) {
   EXPECT_NEAR(e.path_length, 1.0, 1e-4);
 }
 
-TEST(Evaluation, HasNoRelativeFigureWithoutAPathNorForTheNoiseOfAReferenceThatStands) {
+TEST(Evaluation, HasNoRelativeErrorIfTheReferenceStands) {
   Trajectory reference = arc_drive(0.0, 0.0, 1.0, 0.01);
   const Evaluation still = evaluate(reference, arc_drive(0.1, 0.0, 1.0, 0.01), Align::first);
   EXPECT_EQ(still.path_length, 0.0);
@@ -100,7 +100,7 @@ TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
   EXPECT_EQ(e.consistency->samples, e.samples);
 }
 
-TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
+TEST(Evaluation, HasNoNeesIfTheAlignmentRemovesAnUncertainStart) {
   const Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   Trajectory estimate = reference;
   estimate.has_covariance = true;
@@ -113,7 +113,7 @@ TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
   EXPECT_FALSE(evaluate(reference, estimate, Align::fit).consistency);
 }
 
-TEST(Evaluation, NeesTurnsTheCovarianceWithTheMapAndLeavesSingularOnesOut) {
+TEST(Evaluation, NeesRotatesTheCovarianceWithTheMapAndSkipsSingularOnes) {
   // The estimate's map is rotated by 90°: its sigma along x lies along the reference's y.
   const Trajectory reference = arc_drive(1.0, 0.0, 2.0, 0.01);
   Trajectory estimate = moved_by({0.0, 0.0, -std::numbers::pi / 2.0}, reference);

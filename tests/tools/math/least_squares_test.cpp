@@ -33,7 +33,7 @@ struct Decay {
   }
 };
 
-TEST(LeastSquares, FindsParametersAndHowWellItKnowsThem) {
+TEST(LeastSquares, FindsParametersWithTheirUncertainties) {
   int inside = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Decay decay(0.1, seed);
@@ -46,7 +46,7 @@ TEST(LeastSquares, FindsParametersAndHowWellItKnowsThem) {
   EXPECT_GE(inside, 17);
 }
 
-TEST(LeastSquares, TakesGivenDerivativesAndThoseOfDifferencesAlike) {
+TEST(LeastSquares, GivesTheSameResultWithGivenDerivativesAndWithDifferences) {
   const Decay decay(0.1);
   LeastSquares problem = decay.problem();
   const LeastSquaresSolution by_differences = solve(problem);
@@ -59,7 +59,7 @@ TEST(LeastSquares, TakesGivenDerivativesAndThoseOfDifferencesAlike) {
   EXPECT_LT((solve(problem).parameters - by_differences.parameters).norm(), 1e-5);
 }
 
-TEST(LeastSquares, IsNotPulledByOutliersUnlessTheyShallCount) {
+TEST(LeastSquares, ReducesTheWeightOfOutliersUnlessHuberIsOff) {
   Decay decay(0.01);
   for (Index i = 0; i < decay.y.size(); i += 10) decay.y[i] += 1.0;
   LeastSquares problem = decay.problem();
@@ -83,7 +83,7 @@ TEST(LeastSquares, WeighsPriorsAgainstResiduals) {
 }
 
 // Each value occurs four times: only a quarter of them is information.
-TEST(LeastSquares, CountsResidualsThatHangTogetherOnce) {
+TEST(LeastSquares, CountsCorrelatedResidualsOnce) {
   const Decay decay(0.0);
   sim::RandomStream random(2, "noise");
   VectorXd y = decay.y;
@@ -107,7 +107,7 @@ TEST(LeastSquares, CountsResidualsThatHangTogetherOnce) {
   EXPECT_DOUBLE_EQ(covariance_by_blocks(problem, found, block, 4.0)(0, 0), 4.0 * together);
 }
 
-TEST(LeastSquares, FindsTheBestOfTrialsAndSaysWhenItDoesNotSettle) {
+TEST(LeastSquares, FindsTheBestTrialAndReportsIfItDoesNotConverge) {
   const Decay decay(0.01);
   LeastSquares problem = decay.problem();
   problem.start[0] = 2.0;

@@ -52,14 +52,15 @@ struct Range {
   }
 };
 
-// Turns show the sign; less their means they show whether both signals turn at the same times.
+// Turns show the sign. With their means removed, they show whether both signals turn at the same
+// times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double min_rms) {
   Range late, turns, variations;
   double ratio = 1.0, best_lag = 0.0;
   bool is_turning = false, is_varying = false;
   for (int step = -max_late_lag; step <= max_late_lag; ++step) {
     const double lag = lag_step * step;
-    std::vector<std::pair<double, double>> both;  // as seen, and as the sensor turned
+    std::vector<std::pair<double, double>> both;  // turn of the piece, turn of the sensor
     double squares = 0.0;
     for (const Piece& p : pieces) {
       if (p.from + lag < turned.begin || p.to + lag > turned.end()) continue;
@@ -254,7 +255,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
     if (std::max(far, little) <= max_unseen_ratio) return std::nullopt;
     return found(kind("scale_off"), name_of(Source::yaw_rate),
                  "turns " + fixed(std::max(far, little), 1) + " times as " +
-                     (far > little ? "far" : "little") + " as by wheels and steering",
+                     (far > little ? "far" : "little") + " as according to wheels and steering",
                  "yaw_rate, steering and the wheels");
   }
 
@@ -278,7 +279,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   if (gyro.verdict == Verdict::opposite) {
     if (gyro_to_steering.verdict == Verdict::same)
       return found(kind("camera_mirrored"), source,
-                   "turns the other way than yaw_rate and steering: is its file of this drive?");
+                   "turns the other way than yaw_rate and steering: is its file from this drive?");
     return wrong_sign(Source::yaw_rate, poses_of);
   }
   if (gyro.verdict == Verdict::unrelated) {

@@ -45,7 +45,7 @@ struct Relation {
 [[nodiscard]] Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
                                    const Eigen::Ref<const Eigen::ArrayXd>& x);
 
-/// A piece of a drive: the motion between two poses, or what sensors say of it.
+/// A piece of a drive: the motion between two poses, or the same motion as sensors measure it.
 struct Piece {
   double from = 0.0, to = 0.0;  ///< since the log's first frame [s]
   double turn = 0.0;            ///< [rad]
@@ -54,8 +54,9 @@ struct Piece {
   [[nodiscard]] double length() const { return to - from; }
 };
 
-/// Pieces that begin `stride` apart or more and end with the first pose half a second later, at
-/// most `longest` later [s]. `lever_arm`: x, y and yaw of the point that the poses observe.
+/// Pieces that start at least `stride` [s] apart. Each ends at the first pose at least half a
+/// second after its start; pieces longer than `longest` [s] are left out. `lever_arm`: x, y and yaw
+/// of the point that the poses observe.
 [[nodiscard]] std::vector<Piece> pieces_of(std::span<const PoseSample> poses, double stride,
                                            double longest, const std::array<double, 3>& lever_arm);
 
@@ -84,7 +85,7 @@ struct AgreementOptions {
 /// (trajectory_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
 /// the gyro's, or are more than 0.15 s before or after it (neither with UnrelatedPoses::accept);
 /// yaw_rate or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and
-/// steering); a wheel runs backwards. Those further down may be consequences of the first.
+/// steering); a wheel runs backwards. Later ones may be consequences of earlier ones.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});

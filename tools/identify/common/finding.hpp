@@ -69,7 +69,7 @@ struct Findings {
   }
 };
 
-/// Warns of what was seen, a format and its values.
+/// Adds a warning; `seen` is a format string for the values.
 template <typename... Values>
 void add_warning(diagnostics::Diagnostics& warnings, const diagnostics::Kind& kind,
                  std::string subject, fmt::format_string<Values...> seen, Values&&... values) {
@@ -93,7 +93,7 @@ struct Delivery {
 /// Adds --json, --write and --force to a method.
 void add_delivery(Command method, Delivery& delivery);
 
-/// For use before the work: throws if the configuration to patch is missing or not writable.
+/// Throws if the configuration to patch is missing or not writable; call it before the work.
 void check(const Delivery& delivery);
 
 /// A number in a configuration, with the uncertainty that an earlier method noted next to it; sigma

@@ -83,9 +83,9 @@ struct SignalLog {
 /// A speed that is negative in reverse gear; unchanged if there is no gear.
 [[nodiscard]] Series with_direction(Series speed, const Series& gear);
 
-/// The noise of a sample, evenly spaced in time; an upper bound while the car drives. From third
-/// differences, which remove smooth motion, and the median of their magnitudes, so that jerks and
-/// outliers do not count.
+/// The noise of a sample, for samples evenly spaced in time; an upper bound while the car drives.
+/// From third differences, which remove smooth motion, and the median of their magnitudes, so that
+/// jerks and outliers do not count.
 [[nodiscard]] double white_sigma(std::span<const double> values);
 
 /// A pose of the car as a camera or a reference sees it.

@@ -7,9 +7,9 @@
 // cross-correlation with coefficients), then in continuous time (tools/math/least_squares.hpp),
 // with a covariance from blocks of time.
 //
-// Noise in φ_1 makes its derivative look larger, and so D more certain, than they are. D is
-// determined only by the energy of that derivative less its noise, and less the part that the
-// other functions explain.
+// Noise in φ_1 makes its derivative look larger than it is, and D more certain. D is determined
+// only by the energy of that derivative after subtracting its noise and the part that the other
+// functions explain.
 #pragma once
 
 #include <cstddef>

@@ -20,8 +20,8 @@ using tools::kind;
 /// The drive determines a value if its sigma is below this share of the prior's.
 constexpr double reported_below = 0.5;
 
-/// Another cause moved a value that is this many prior sigmas away from the configured one, if
-/// another parameter can compensate for it.
+/// A value this many prior sigmas away from the configured one has another cause, if another
+/// parameter can compensate for it.
 constexpr double astray_sigmas = 2.5;
 
 /// The share of the grip that a drive must reach, so that the grip is not extrapolated.

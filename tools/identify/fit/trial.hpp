@@ -32,7 +32,8 @@ namespace odomd::tools::fitting {
 using Patch = std::vector<ConfigValue>;
 
 /// Errors relative to the configuration's: geometric mean of the ratios for 35 ms, 1 s, position
-/// rms and heading rms. Of all parts of the drives, of every second one, and of the others.
+/// rms and heading rms. `all`: over all parts of the drives; `half`: over every second part, and
+/// over the others.
 struct Ratio {
   double all = std::numeric_limits<double>::infinity();
   std::array<double, 2> half{all, all};

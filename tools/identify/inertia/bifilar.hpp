@@ -46,8 +46,8 @@ struct Bifilar {
 /// Throws std::invalid_argument, naming the option, for impossible dimensions.
 void check(const Bifilar& pendulum);
 
-/// For an error message: whether --spacing and --cord may be swapped, as the cords are shorter than
-/// the distance between them. Otherwise empty.
+/// For an error message: asks whether --spacing and --cord are swapped if the cords are shorter
+/// than the distance between them; otherwise empty.
 [[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
 /// Throws std::invalid_argument for a period that is impossible for a car on these cords: its

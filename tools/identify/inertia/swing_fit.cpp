@@ -24,7 +24,8 @@ constexpr double widest = 0.5 * pi;  // amplitude [rad]
 /// The part of a swing that is used: until its rate has decayed to this share.
 constexpr double decayed = 0.14;
 
-/// Scatter of the turning points about those of a free swing, over the period.
+/// Scatter of the turning points about those of a free swing, relative to the period: the first
+/// limit gives a warning, the second an error.
 constexpr double not_free = 0.005, no_swing = 0.016;
 
 struct Record {
@@ -39,8 +40,7 @@ struct TurningPoint {
   double slope = 0.0;  ///< of the rate [rad/s²]
 };
 
-/// The turning points after the sample `begin`, roughly; smaller rates than `threshold` have no
-/// sign.
+/// The turning points after the sample `begin`, roughly; rates below `threshold` are taken as 0.
 std::vector<TurningPoint> turning_points(const Record& record, std::size_t begin,
                                          double threshold) {
   std::vector<TurningPoint> points;
@@ -71,7 +71,7 @@ void refine(const Record& record, double half, TurningPoint& point) {
 }
 
 /// Times [s], counted in periods of small swings: t_k = t_0 + T S_k + b / ω̇_k, with an error b of
-/// the gyro's bias. Wide swings take longer, and damped ones.
+/// the gyro's bias. Wide swings and damped swings take longer.
 struct Timing {
   Measured period;
   double bias = 0.0;     ///< b [rad/s]
@@ -105,12 +105,13 @@ Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulu
           .scatter = std::sqrt(rest.squaredNorm() / static_cast<double>(n))};
 }
 
-/// Throws std::invalid_argument for a swing of no car, or with too few samples.
+/// Throws std::invalid_argument for a swing that is impossible for a car, or has too few samples.
 void check_swing(const Record& record, const std::vector<TurningPoint>& points, double peak,
                  double period, const std::string& name) {
   if (period > slowest)
     refuse(
-        "{}: a swing takes {:.4g} s by its times, more than the {:.0f} s of any car: are they in "
+        "{}: according to its times, a swing takes {:.4g} s, and no car takes more than {:.0f} s: "
+        "are they in "
         "ms? Divide them by 1000",
         name, period, slowest);
   if (const double amplitude = peak * period / (2.0 * pi); amplitude > widest)
@@ -166,7 +167,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   const Timing timing = fit_times(points, pendulum, rough);
   if (!(timing.scatter < no_swing * rough))
     refuse(
-        "{}: the yaw rate from {:.1f} s to {:.1f} s of the record is not that of a free swing by "
+        "{}: the yaw rate from {:.1f} s to {:.1f} s of the record is not that of a free swing on "
         "two cords; cut with --from, --to{}",
         name, points.front().t, points.back().t, exchange_hint(pendulum));
   const double omega = 2.0 * pi / timing.period.value;

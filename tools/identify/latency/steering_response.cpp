@@ -156,7 +156,8 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   problem.residuals = [&](const VectorXd& p) -> VectorXd {
     ++simulated;
     if (report)
-      report(fmt::format("steering: simulation {} of the drive, usually of 100 to 800", simulated));
+      report(fmt::format("steering: simulation {} of the drive; usually 100 to 800 are needed",
+                         simulated));
     return drive.yaw_rate - predicted(drive, p);
   };
   problem.prior_sigma = Eigen::Map<const VectorXd>(prior_sigma.data(), count);

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "tools/identify/common/car_model.hpp"
-#include "tools/identify/latency/source_offsets.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -21,28 +21,21 @@ Resampled mean_of(const Resampled& left, const Resampled& right) {
   return combined(left, right, [](double a, double b) { return 0.5 * (a + b); });
 }
 
-// The motion of the front axle in a turn, from the gyro and the tyres: slip angle α, and the angle
-// β of the axle's motion to x,
-//   α = m l_h v ψ̇ / (l C_v),  β = l ψ̇ / v - m l_v v ψ̇ / (l C_h),  δ = α + β
-struct FrontAxle {
-  double slip = 0.0;
-  double direction = 0.0;
-};
-FrontAxle front_axle(const estimator::Vehicle& car, double v, double yaw_rate) {
-  if (std::fabs(v) < 0.2) return {};
-  const double side = car.mass * v * yaw_rate / car.wheelbase();
-  return {.slip = side * car.rear_axle / car.cornering_stiffness_front,
-          .direction = std::clamp(
-              car.wheelbase() * yaw_rate / v - side * car.front_axle / car.cornering_stiffness_rear,
-              -1.0, 1.0)};
-}
-
-// v_x from the speed V along the front wheels: V = v_x (cos δ + sin δ tan β).
+// The speed along x, from the speed V along the front wheels. In a turn the gyro and the tyres give
+// the slip angle α of the front axle, and the angle β of its motion to x,
+//   α = m l_h v ψ̇ / (l C_v),  β = l ψ̇ / v - m l_v v ψ̇ / (l C_h),  δ = α + β,
+//   V = v_x (cos δ + sin δ tan β)
 Resampled straightened(const Resampled& along, const GyroDrive& drive) {
-  return combined(along, drive.yaw_rate, [&](double v, double yaw_rate) {
-    const FrontAxle axle = front_axle(drive.config.vehicle, v, yaw_rate);
-    const double delta = axle.slip + axle.direction;
-    return v / (std::cos(delta) + std::sin(delta) * std::tan(axle.direction));
+  const estimator::Vehicle& car = drive.config.vehicle;
+  return combined(along, drive.yaw_rate, [&car](double v, double yaw_rate) {
+    if (std::fabs(v) < 0.2) return v;
+    const double side = car.mass * v * yaw_rate / car.wheelbase();
+    const double slip = side * car.rear_axle / car.cornering_stiffness_front;
+    const double direction = std::clamp(
+        car.wheelbase() * yaw_rate / v - side * car.front_axle / car.cornering_stiffness_rear, -1.0,
+        1.0);
+    const double delta = slip + direction;
+    return v / (std::cos(delta) + std::sin(delta) * std::tan(direction));
   });
 }
 
@@ -80,8 +73,8 @@ struct Turning {
   double slope_noise = 0.0;  // variance of the noise in its slope
 };
 
-// Averages the yaw rate until the noise in its derivative is a tenth of the motion, or up to the
-// longest mean that suits turns.
+// Averages the yaw rate over longer and longer windows until the noise in its derivative is a tenth
+// of the motion, at most over the longest window that still resolves turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
   const double white = std::pow(white_sigma(drive.log.of(Source::yaw_rate).value), 2);
@@ -128,8 +121,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
     for (; ahead < l.size() && drive.log.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
       if (moves(ahead)) moved = drive.log.seconds(l.t_ns[ahead]);
     if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
-    // At standstill there is neither noise nor information on time. Between counts a creeping wheel
-    // reads 0, too.
+    // At standstill there is neither noise nor information on time. A creeping wheel also reads 0
+    // between two counts.
     if (t > moved + creeping) continue;
     regression.t.push_back(t);
     regression.y.push_back(right_side.at(t) - l.value[i]);

@@ -59,12 +59,12 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
   };
   add(", noise", key_of(sensor.source, ".sigma"), noise.sigma, unit,
       noise.resolution_hides_noise
-          ? fmt::format("of the resolution of {:.3g}, which hides the sensor's own",
+          ? fmt::format("rounding noise of the resolution {:.3g}, which hides the sensor's noise",
                         noise.resolution)
-      : noise.group_size > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
-                                           "held: the value fits their means",
+      : noise.group_size > 1 ? fmt::format("at rest; about {} samples are correlated (filtered or "
+                                           "held): the value is valid for means over them",
                                            noise.group_size)
-                             : "white, of a sample, at rest");
+                             : "white noise of a sample at rest");
   // "multiplied by a factor of ten to compensate for additional uncertainties and vibrations"
   if (const double sigma = noise.sigma.value; sensor.source == Source::yaw_rate)
     add(", variance in the paper's R", "filter.paper_r[0]",
@@ -90,7 +90,7 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
                                 const std::string& what, std::int64_t t_ns,
                                 std::int64_t series_begin_ns) {
   const std::int64_t begin = log.first_ns != 0 ? log.first_ns : series_begin_ns;
-  refuse("{}: the car moves: {} after {:.2f} s; log it standing, or cut with --from and --to",
+  refuse("{}: the car moves: {} after {:.2f} s; log it at rest, or cut with --from and --to",
          record, what, 1e-9 * static_cast<double>(t_ns - begin));
 }
 
@@ -125,7 +125,7 @@ bool check_wheels(const SignalLog& log, const std::string& record) {
   return any;
 }
 
-/// The two accelerometers share the key of their walks: it goes to the larger one.
+/// The two accelerometers share one key for their bias walks: only the larger walk keeps it.
 void settle_accel_walk(Findings& findings) {
   std::vector<Finding*> walks;
   for (Finding& finding : findings.values)

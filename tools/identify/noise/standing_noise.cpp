@@ -20,23 +20,23 @@ namespace {
 /// Variances are in units of the white noise's variance r: with λ = K²/r the bias's variance grows
 /// by λ dt between samples, and the innovations' variances are r s.
 struct FilteredBias {
-  double log_sum = 0.0;             ///< Σ ln s
-  double squares = 0.0;             ///< Σ ν²/s
-  std::vector<double> innovations;  ///< ν/√s of each sample but the first
-  double bias = 0.0;                ///< after the last sample
-  double variance = 0.0;            ///< its variance over r
+  double log_sum = 0.0;   ///< Σ ln s
+  double squares = 0.0;   ///< Σ ν²/s
+  double bias = 0.0;      ///< after the last sample
+  double variance = 0.0;  ///< its variance over r
 };
 
 enum class Direction : std::uint8_t { forwards, backwards };
 
+/// `innovations`: receives ν/√s of each sample but the first.
 FilteredBias filter_bias(const Series& series, double lambda,
-                         Direction direction = Direction::forwards) {
+                         Direction direction = Direction::forwards,
+                         std::vector<double>* innovations = nullptr) {
   const std::size_t n = series.size();
   const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
   FilteredBias f;
   f.bias = series.value[at(0)];
   f.variance = 1.0;
-  f.innovations.reserve(n);
   for (std::size_t i = 1; i < n; ++i) {
     const double dt =
         1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
@@ -45,17 +45,24 @@ FilteredBias filter_bias(const Series& series, double lambda,
     const double innovation = series.value[at(i)] - f.bias;
     f.log_sum += std::log(s);
     f.squares += innovation * innovation / s;
-    f.innovations.push_back(innovation / std::sqrt(s));
+    if (innovations != nullptr) innovations->push_back(innovation / std::sqrt(s));
     f.bias += f.variance / s * innovation;
     f.variance /= s;
   }
   return f;
 }
 
+std::vector<double> innovations_of(const Series& series, double lambda) {
+  std::vector<double> innovations;
+  innovations.reserve(series.size());
+  (void)filter_bias(series, lambda, Direction::forwards, &innovations);
+  return innovations;
+}
+
 /// The samples within 6 σ of the prediction. σ comes from the median of the innovations, and is at
 /// least `min_sigma`.
 Series without_far_samples(const Series& series, double lambda, double min_sigma) {
-  const std::vector<double> innovations = filter_bias(series, lambda).innovations;
+  const std::vector<double> innovations = innovations_of(series, lambda);
   const double sigma = std::max(robust_sigma(innovations), min_sigma);
   Series kept;
   kept.add(series.t_ns[0], series.value[0]);
@@ -66,7 +73,7 @@ Series without_far_samples(const Series& series, double lambda, double min_sigma
 
 /// Whether successive innovations are significantly correlated, by more than 0.1.
 bool are_correlated(const Series& series, double lambda) {
-  const std::vector<double> all = filter_bias(series, lambda).innovations;
+  const std::vector<double> all = innovations_of(series, lambda);
   double squares = 0.0, products = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     squares += all[i] * all[i];
@@ -132,8 +139,8 @@ Explained explain(const Series& series) {
     return -0.5 * (n * std::log(f.squares / n) + f.log_sum);
   };
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
-  // From a walk that reaches a thousandth of a sample's white noise over the whole record, up to a
-  // walk that exceeds the noise between samples.
+  // The search goes from a walk that reaches a thousandth of a sample's white noise over the whole
+  // record to a walk that exceeds the noise between two samples.
   const double least = std::log(1e-6 / duration);
   const double most = std::log(n / duration);
   double best = least, best_value = of_log(least);
@@ -145,7 +152,7 @@ Explained explain(const Series& series) {
     best = least + step * i;
     best_value = value;
   }
-  // The likelihood has one maximum there, where it starts to fall.
+  // Between these limits the likelihood has one maximum, where its slope changes sign.
   const double low = std::max(best - step, least), high = std::min(best + step, most);
   const double h = 0.01 * (high - low);
   best = bisect(low, high, 12, [&](double x) { return of_log(x + h) > of_log(x - h); });
@@ -230,7 +237,8 @@ void explain_by_means(const Series& series, Explained& explained) {
   for (std::size_t m = 2; enough(m); m *= 2) {
     const Series means = means_of(series, m);
     const Explained by_means = explain(means);
-    // The first white means are still slightly correlated: use twice as many samples.
+    // The shortest means that pass the test are still slightly correlated: use twice as many
+    // samples.
     const bool last = white || !enough(2 * m);
     white = !correlated(means, by_means);
     if (!last) continue;

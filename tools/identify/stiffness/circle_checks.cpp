@@ -12,7 +12,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
@@ -139,16 +139,18 @@ diagnostics::Diagnostics contradictions(const FilmedCircles& films, const Corner
   const Measured& ahead = found.centre_ahead;
   if (std::abs(ahead.value) >
       std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), max_centre_shift * car.wheelbase()))
-    add_warning(lines, kind("centre_contradicted"), {},
-                "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
-                "--rear",
-                std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind");
+    add_warning(
+        lines, kind("centre_contradicted"), {},
+        "according to the circles, the centre of gravity lies {:.3f} m {} the place in --front and "
+        "--rear",
+        std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind");
   for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
     if (lines.empty() &&
         (scale.value > max_steering_factor || scale.value < 1.0 / max_steering_factor))
-      add_warning(lines, kind("steering_contradicted"), {},
-                  "the log's steering is {:.2f} times the angle of the wheels by the circles",
-                  scale.value);
+      add_warning(
+          lines, kind("steering_contradicted"), {},
+          "the log's steering is {:.2f} times the angle of the wheels that the circles imply",
+          scale.value);
   const auto slope = accelerometer_slope(films.circles);
   if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
     add_warning(lines, kind("film_acceleration_off"), {},

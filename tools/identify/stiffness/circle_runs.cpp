@@ -1,4 +1,4 @@
-#include "tools/identify/stiffness/circle_runs.hpp"
+#include "tools/identify/stiffness/film.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -92,6 +92,27 @@ void find_steady(const Samples& samples, std::size_t begin, std::size_t end,
   find_steady(samples, best.begin + best.length, end, found);
 }
 
+struct Stretch {
+  std::int64_t begin_ns = 0, end_ns = 0;
+};
+
+// The steady stretches without their ends, where the car settles.
+std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
+  const Samples samples = sample(motion);
+  std::vector<SteadySamples> found;
+  find_steady(samples, 0, samples.size(), found);
+  const auto time_of = [&motion](std::size_t k) {
+    return motion.frames.front().t_ns + static_cast<std::int64_t>(k) * step_ns;
+  };
+  std::vector<Stretch> stretches;
+  for (const SteadySamples& steady : found) {
+    const Stretch stretch{time_of(steady.begin) + settling_ns,
+                          time_of(steady.begin + steady.length - 1) - settling_ns};
+    if (stretch.end_ns - stretch.begin_ns > 2 * half_window_ns) stretches.push_back(stretch);
+  }
+  return stretches;
+}
+
 std::vector<double> values_between(const Series& series, std::int64_t from, std::int64_t to) {
   const auto begin = std::ranges::lower_bound(series.t_ns, from) - series.t_ns.begin();
   const auto end = std::ranges::upper_bound(series.t_ns, to) - series.t_ns.begin();
@@ -116,22 +137,6 @@ Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to
 }
 
 }  // namespace
-
-std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
-  const Samples samples = sample(motion);
-  std::vector<SteadySamples> found;
-  find_steady(samples, 0, samples.size(), found);
-  const auto time_of = [&motion](std::size_t k) {
-    return motion.frames.front().t_ns + static_cast<std::int64_t>(k) * step_ns;
-  };
-  std::vector<Stretch> stretches;
-  for (const SteadySamples& steady : found) {
-    const Stretch stretch{time_of(steady.begin) + settling_ns,
-                          time_of(steady.begin + steady.length - 1) - settling_ns};
-    if (stretch.end_ns - stretch.begin_ns > 2 * half_window_ns) stretches.push_back(stretch);
-  }
-  return stretches;
-}
 
 std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion& motion,
                                        const SignalLog& log, std::int64_t offset_ns, double imu_y,
@@ -178,16 +183,12 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     if (run.accelerometer.sigma > 0.0)
       run.accelerometer.value += run.yaw_rate * run.yaw_rate * imu_y;
     if (run.steering.sigma <= 0.0) {
-      const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
-                                             seconds(run.begin_ns), seconds(run.end_ns));
-      if (run.gyro.sigma <= 0.0)
-        add_warning(warnings, tools::kind("circle_left_out"), circle,
-                    "is not in the log; left out");
-      else
-        add_warning(warnings, tools::kind("circle_left_out"), circle,
-                    "is left out: the log has {} samples of steering there, but {} are needed",
-                    values_between(log.of(Source::steering), from, to).size(),
-                    samples_per_window * windows);
+      add_warning(warnings, tools::kind("circle_left_out"),
+                  fmt::format("{}: the circle from {:.1f} to {:.1f} s", film, seconds(run.begin_ns),
+                              seconds(run.end_ns)),
+                  "is left out: the log has {} samples of steering there, but {} are needed",
+                  values_between(log.of(Source::steering), from, to).size(),
+                  samples_per_window * windows);
       continue;
     }
     runs.push_back(run);

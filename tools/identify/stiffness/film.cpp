@@ -69,15 +69,16 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
   const double ratio = spacing * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
     refuse(
-        "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
+        "{}: the markers are {:.4g} m apart in the film, but {:.4g} m according to --front and "
         "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
         track.name, spacing * motion.metres_per_unit, places.distance());
   if (scale.metres_per_unit && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
-    add_warning(motion.warnings, tools::kind("film_scale_off"), track.name,
-                "by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
-                "--front and --rear",
-                spacing * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
-                ratio > 1.0 ? "more" : "less", places.distance());
+    add_warning(
+        motion.warnings, tools::kind("film_scale_off"), track.name,
+        "with the given scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
+        "--front and --rear",
+        spacing * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
+        ratio > 1.0 ? "more" : "less", places.distance());
 
   for (double& distance : distances) distance = std::abs(distance / spacing - 1.0);
   // A standard deviation is 1.48 median absolute deviations.
@@ -105,7 +106,7 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
   if (5 * left_out > track.frames.size())
     refuse(
         "{}: in {} of {} frames the distance of the markers differs from that in the "
-        "others; was something else tracked there?",
+        "others; was another object tracked there?",
         track.name, left_out, track.frames.size());
   if (track.gaps > 0)
     add_warning(motion.warnings, tools::kind("film_rows_left_out"), track.name,

@@ -1,5 +1,5 @@
 // A film of the car from above: the tracks of two markers as tracking programs export them, the
-// motion of the car, and the film's time on the log's clock.
+// motion of the car, the film's time on the log's clock, and the steady circles.
 #pragma once
 
 #include <complex>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/measured.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
@@ -100,5 +101,32 @@ struct FilmAlignment {
 /// another frame rate, another drive. `name` is the film's.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
                                        const Series& gyro);
+
+// Steady circles, and the measurements on each.
+
+/// A stretch of steady turning: means over it, with standard uncertainties from their scatter. All
+/// but steering, gyro and accelerometer come from the film. Left turns are positive.
+struct CircleRun {
+  std::string film;
+  std::int64_t begin_ns = 0, end_ns = 0;  ///< film time
+  double turned = 0.0;                    ///< [rad]
+  double speed = 0.0;                     ///< of the centre of gravity [m/s]
+  double yaw_rate = 0.0;                  ///< [rad/s]
+  double lateral_accel = 0.0;             ///< v_x ψ̇ [m/s²]
+  Measured drift;                         ///< direction of the velocity against the heading [rad]
+  Measured steering;                      ///< from the log, at the front wheels [rad]
+  Measured gyro;                          ///< yaw rate of the log [rad/s]
+  Measured accelerometer;  ///< a_y of the log at the centre of gravity; sigma 0: none
+
+  [[nodiscard]] double radius() const { return speed / std::abs(yaw_rate); }
+};
+
+/// The stretches of at least half a turn with speed and yaw rate within 6 %. Those with too little
+/// steering data in the log are left out, with a warning. `imu_y`: position of the accelerometer to
+/// the left of the centre of gravity [m].
+[[nodiscard]] std::vector<CircleRun> measure_circles(const std::string& film,
+                                                     const FilmMotion& motion, const SignalLog& log,
+                                                     std::int64_t offset_ns, double imu_y,
+                                                     diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::tools

@@ -17,7 +17,7 @@
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {
@@ -56,18 +56,13 @@ Plane parse_place(const std::string& option, const std::string& text) {
 
 // Relative sigma of a given scale.
 double sigma_scale_of(const Options& options) {
-  constexpr double largest = 0.1;
   const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
-  if (sigma > largest)
-    throw std::invalid_argument(
-        options.sigma_scale.ends_with('%')
-            ? fmt::format("--sigma-scale: {} is too much; at most 10%", options.sigma_scale)
-            : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
-                          100.0 * sigma, options.sigma_scale));
+  if (sigma > 0.1)
+    refuse("--sigma-scale: {} is more than a tenth; write per cent as 0.3%", options.sigma_scale);
   return sigma;
 }
 
-// Requires configured values: a default would be another car's.
+// Requires that mass and axles are configured: defaults would be those of another car.
 void require_measured(const daemon::Config& config) {
   const toml::table table = toml::parse(config.text);
   for (const char* key : {"mass", "front_axle", "rear_axle"})

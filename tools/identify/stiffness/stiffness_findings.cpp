@@ -1,4 +1,4 @@
-#include "tools/identify/stiffness/stiffness_findings.hpp"
+#include "tools/identify/stiffness/cornering_stiffness.hpp"
 
 #include <fmt/format.h>
 

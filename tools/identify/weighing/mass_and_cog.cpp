@@ -1,5 +1,5 @@
-// odom identify mass and cog: the car on a scale, as a whole or in parts; from the loads of axles
-// and sides the centre of gravity.
+// odom identify mass and cog: mass from weighing the car as a whole or in parts; centre of gravity
+// from the loads of axles and sides.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ struct Weighed {
   std::optional<Measured> mass;
 };
 
-/// Solves for the loads, allowing for load shifts of a car on slopes.
+/// Solves for the loads; their uncertainty allows for a floor that is not level.
 Weighed weigh(const Options& options, Dimensions dimensions) {
   std::vector<Weighing> weighings;
   for (std::size_t i = 0; i < options.loads.size(); ++i)

@@ -59,8 +59,8 @@ Instant<double> instant_of(const sim::PlantOutput& from, const sim::PlantOutput&
   return now;
 }
 
-// Lag of the difference of both wheels beyond the fit's model [s], while weaving as in the
-// exercise. The part in proportion to the difference is a scale error and is left out.
+// Lag of the wheel-speed difference that the fit's model does not explain [s], while weaving as in
+// the exercise. The part proportional to the difference is a scale error and is left out.
 double unexplained_age(const Pair& pair, double speed, double spin_factor) {
   constexpr double dt = 1e-3, frequency = 2.0 * std::numbers::pi * 1.3;
   daemon::Config config;

@@ -155,7 +155,7 @@ TEST(Latency, OfWheelsIsUnbiasedByInterpolationBetweenGyroSamples) {
 }
 
 // The derivative of a calm drive's yaw rate is mostly noise, which determines no offset.
-TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
+TEST(Latency, OfWheelsHasAnHonestSigmaWithANoisyGyro) {
   const auto calm = [](double t) { return 0.2 * std::sin(0.5 * t) + 0.1 * std::sin(1.1 * t); };
   for (unsigned seed = 1; seed <= 6; ++seed) {
     SignalLog log = log_with_gyro(60.0);
@@ -222,7 +222,7 @@ TEST(Latency, IsUndeterminedOnAStraightDrive) {
 
 // At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
 // contains must not separate them.
-TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
+TEST(Latency, OfTheSteeringHasAnHonestSigmaAtASteadySpeed) {
   Lap lap("", "--camera camera.csv");
   const auto plant = nlohmann::json::parse(contents(lap.folder + "/plant.json"));
   const auto& value = lap.values.at("lag of the wheels behind steering, in all");

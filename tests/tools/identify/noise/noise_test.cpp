@@ -106,7 +106,7 @@ Series in_steps(Series series, double step) {
   return series;
 }
 
-TEST(StandingNoise, OfCoarseStepsIsAtLeastTheirRounding) {
+TEST(StandingNoise, OfCoarseStepsIsAtLeastTheRoundingNoise) {
   constexpr double step = 0.01;
   // Noise of a tenth and of a fifth of a step; the bias's error depends on where in a step the bias
   // lies.
@@ -123,7 +123,7 @@ TEST(StandingNoise, OfCoarseStepsIsAtLeastTheirRounding) {
   }
 }
 
-TEST(StandingNoise, OfASingleStepIsItsRounding) {
+TEST(StandingNoise, OfASingleStepIsTheRoundingNoise) {
   Series series = record({.sigma = 0.0}, 6'000, 1);
   series.value[3'000] += 0.001;
   const StandingNoise noise = standing_noise(series, "gyro");

@@ -1,8 +1,6 @@
 // From a film's markers to steady circles.
 #include "tests/diagnostics.hpp"
-#include "tests/tools/identify/stiffness/synthetic_film.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/film.hpp"
 
 namespace odomd::tools::markers_test {
@@ -43,7 +41,55 @@ TEST(MarkerTrack, NamesLineAndColumnOfBadInput) {
   }
 }
 
-// Results from a film without a tyre model: motion, alignment with the log, steady circles.
+// A film computed from a formula, without a tyre model: motion, alignment with the log, steady
+// circles. The car stands, speeds up, circles and stops.
+
+/// Speed, yaw rate and drift (in the car's frame) over time [s].
+struct SyntheticDrive {
+  std::function<double(double)> speed;
+  std::function<double(double)> yaw_rate;
+  double drift = 0.0;
+
+  /// Rises within 1 s after `begin`, falls within 1 s before `end`.
+  static double eased(double t, double begin, double end) {
+    const auto ramp = [](double x) {
+      return x <= 0.0 ? 0.0 : x >= 1.0 ? 1.0 : 0.5 - 0.5 * std::cos(3.141592653589793 * x);
+    };
+    return ramp(t - begin) * ramp(end - t);
+  }
+};
+
+struct SyntheticFilm {
+  MarkerTrack track;
+  Series gyro;
+};
+
+/// `duration` seconds of film at 60 Hz; the gyro at 200 Hz, its clock ahead by `offset_s`.
+SyntheticFilm make_film(const SyntheticDrive& drive, const MarkerPlaces& places, double duration,
+                        double offset_s, double metres_per_unit = 1.0) {
+  constexpr double step = 1.0 / 1200.0;
+  SyntheticFilm film;
+  film.track.name = "film.csv";
+  Plane centre{};
+  double heading = 0.4;
+  const auto steps = static_cast<int>(duration / step);
+  for (int k = 0; k < steps; ++k) {
+    const double t = k * step;
+    if (k % 20 == 0) {
+      const Plane turn = std::polar(1.0, heading);
+      film.track.frames.push_back({std::llround(1e9 * t),
+                                   (centre + turn * places.front) / metres_per_unit,
+                                   (centre + turn * places.rear) / metres_per_unit});
+    }
+    if (k % 6 == 0) {
+      film.gyro.add(std::llround(1e9 * (t + offset_s)), drive.yaw_rate(t));
+    }
+    const double middle = heading + 0.5 * step * drive.yaw_rate(t + 0.5 * step);
+    centre += step * drive.speed(t + 0.5 * step) * std::polar(1.0, middle + drive.drift);
+    heading += step * drive.yaw_rate(t + 0.5 * step);
+  }
+  return film;
+}
 
 const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
 constexpr FilmScale metres{.metres_per_unit = 1.0};
@@ -151,7 +197,7 @@ TEST(FilmAlignment, RefusesFilmsOfAnotherDriveWithTheReason) {
   for (std::size_t k = 0; k < other.size(); ++k)
     other.value[k] = 0.6 * std::sin(4e-9 * static_cast<double>(other.t_ns[k]));
   EXPECT_THAT(message_of([&] { (void)align_film("film.csv", motion, other); }),
-              HasSubstr("do not overlap"));
+              HasSubstr("the log of its own drive"));
   // The film played at half speed.
   FilmMotion slow = motion;
   for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
@@ -211,7 +257,11 @@ TEST(CircleRuns, FindsNoCircleInAWobble) {
       .speed = [](double t) { return 1.5 * SyntheticDrive::eased(t, 1.0, 20.0); },
       .yaw_rate = [](double t) { return 1.2 * std::sin(2.0 * t); }};
   const SyntheticFilm film = make_film(wobble, places, 20.0, 0.0);
-  EXPECT_THAT(steady_stretches(film_motion(film.track, places, metres)), testing::IsEmpty());
+  const SignalLog log = log_of(film.gyro, film.gyro.t_ns.back());
+  diagnostics::Diagnostics warnings;
+  EXPECT_THAT(
+      measure_circles("film.csv", film_motion(film.track, places, metres), log, 0, 0.0, warnings),
+      testing::IsEmpty());
 }
 
 }  // namespace

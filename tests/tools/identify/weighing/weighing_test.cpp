@@ -8,7 +8,7 @@
 namespace odomd::tools::weighing_test {
 namespace {
 
-TEST(Quantity, IsReadWithItsUnit) {
+TEST(Quantity, IsConvertedFromItsUnit) {
   EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x"), 2.985);
   EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x"), 2.985);
   EXPECT_EQ(parse_quantity("175mm", Dimension::length, "--x"), 0.175);  // exact
@@ -213,7 +213,7 @@ TEST(IdentifyMass, ReportsAnUnwritableTargetBeforeTheWorkOrPrintsItsNumbers) {
   EXPECT_EQ(scratch.text("heavy.toml"), heavy);
 }
 
-TEST(IdentifyMass, HasTheSameUncertaintyByAxlesAsCog) {
+TEST(IdentifyMass, HasTheSameUncertaintyAsCogIfAxlesAreWeighed) {
   const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
   const auto sigma = [&](const std::string& method) {
     const auto json = nlohmann::json::parse(must_run("odom identify " + method + loads));
