@@ -3,7 +3,7 @@
 
 #include <initializer_list>
 
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/ekf/states.hpp"
