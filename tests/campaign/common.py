@@ -140,8 +140,8 @@ def parser(doc, seeds=None, what="drives of each course", jobs=True, work=False,
 
 def parse(made):
     given = made.parse_args()
-    if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs")) or not getattr(given, "slack", 1.0) >= 1:
-        made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "slack") if hasattr(given, name)))
+    if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs", "kills")) or not getattr(given, "slack", 1.0) >= 1:
+        made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "kills", "slack") if hasattr(given, name)))
     given.bin = given.bin.resolve()
     for program in given.programs:
         if not os.access(given.bin / program, os.X_OK):
