@@ -1,4 +1,4 @@
-// Noise from the data: from a sensor's scatter and from the innovations, and the bounds of both.
+// Noise that is estimated from a sensor's scatter and from the innovations, and the bounds of both.
 #include "estimator/ekf/judge.hpp"
 
 #include <random>
@@ -218,7 +218,7 @@ TEST(CameraNoise, IsNotLearntAcrossAPause) {
   State state;
   for (int i = 0; i < 200; ++i) {
     state.time_ns += i % 2 == 0 ? 1'000'000'000 : 35'000'000;
-    state.mean[at::x] = i % 4 < 2 ? 0.2 : -0.2;  // what the filter is off by then
+    state.mean[at::x] = i % 4 < 2 ? 0.2 : -0.2;  // the filter's error by then
     note_camera_pose(state, {.time_ns = state.time_ns, .sigma = {0.01, 0.01, 0.01}});
   }
   EXPECT_EQ(state.camera_noise_scale, 1.0);
