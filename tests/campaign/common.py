@@ -45,7 +45,7 @@ def output(*command: object) -> str:
 
 
 def replay(odom, config, folder, poses, *options):
-    """Replays a drive's log into a file of poses. Returns what the program says with --json."""
+    """Replays a drive's log into a file of poses. Returns the JSON that the program prints."""
     done = run(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
                "--out", poses, *options, "--json")
     return json.loads(last_line(done.stderr))
@@ -69,7 +69,7 @@ def scratch() -> Iterator[pathlib.Path]:
 
 @contextlib.contextmanager
 def named(what):
-    """Puts `what` before the message of a failure inside."""
+    """Prefixes the message of a failure in the block with `what`."""
     try:
         yield
     except Failed as error:
@@ -94,7 +94,7 @@ def side_by_side(jobs, measure, tasks):
 
 
 def simulate(odom, options, seed, folder):
-    """Runs odom sim, unless the folder has a drive that the same command made."""
+    """Runs odom sim, unless the folder already has the drive that this command makes."""
     command = [odom, "sim", *options, "--seed", seed]
     text = " ".join(str(word) for word in command[1:]) + "\n"
     made_by = folder / "command"

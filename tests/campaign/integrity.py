@@ -82,7 +82,7 @@ def arguments():
 
 
 def kinds(given):
-    """The kinds for fault_runs: all that it knows, or the requested ones."""
+    """The kinds for fault_runs: all default kinds, or the requested ones."""
     every = common.output(given.bin / "fault_runs", "--list").split()
     if not given.kind:
         return every
@@ -102,12 +102,12 @@ def measure(given, scenario, seed, folder, wanted):
 
 
 def silence(one):
-    """The time that the bar limits [s]: gross with a camera and a fault, otherwise silent."""
+    """The time that the bar limits [s]: gross in silence with a camera and a fault, otherwise silent."""
     return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
 
 
 def ratio(one):
-    """End error beyond 5 cm, divided by the end error without the source, which counts as a millimetre or more."""
+    """End error beyond 5 cm, divided by the end error without the source (at least a millimetre)."""
     return max(0.0, one["end_m"] - SMALL) / max(one["left_out_m"], 1e-3)
 
 
@@ -142,7 +142,7 @@ class Row:
 
 
 def span(values, form):
-    """The values' range, or nothing without a value."""
+    """The range of the values as text; empty without values."""
     shown = [form.format(value) for value in (min(values), max(values))] if values else [""]
     return " to ".join(dict.fromkeys(shown))
 
@@ -157,7 +157,7 @@ def documented_row(title, found, ends):
 
 
 def documented_table(rows, ends):
-    """A row for each kind that was or may be silent in a run, and one for all other kinds of its part."""
+    """A row for each kind that is silent in some run or not detectable, and one row for the other kinds of its part."""
     yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
     yield "|---|--:|--:|--:|--:|" + ends * "--:|"
     for part in dict.fromkeys(row.kind.partition(".")[0] for row in rows):
