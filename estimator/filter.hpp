@@ -41,11 +41,11 @@ inline void set_initial_pose(Filter& filter, const Pose2& pose) noexcept {
   std::visit([&](auto& f) { f.set_initial_pose(pose); }, filter);
 }
 
-/// Resumes from a predecessor's estimate that is `gap_s` old: moves its poses on at its velocity,
-/// grows the covariance for the gap, raises the reset count by one. The next step is initialised.
-/// Returns false, without an effect, if the estimate is not usable: not initialised, a model fault,
-/// not finite, no positive definite covariance of the pose, or a negative gap. If the covariance of
-/// the velocity is not usable, the filter starts with its own.
+/// Resumes from a predecessor's estimate that is `gap_s` old: extrapolates its poses with its
+/// velocity, grows the covariance for the gap, raises the reset count by one. The next step is
+/// initialised. Returns false, without an effect, if the estimate is not usable: not initialised, a
+/// model fault, not finite, no positive definite covariance of the pose, or a negative gap. If the
+/// covariance of the velocity is not usable, the filter starts with its own.
 inline bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept {
   return std::visit([&](auto& f) { return f.resume(predecessor, gap_s); }, filter);
 }

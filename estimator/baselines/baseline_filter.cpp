@@ -66,7 +66,7 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. Number of ticks to step through. Within half a period of the last tick there is no new one.
+  // 1. Number of ticks to step through: none within half a period of the last tick.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;

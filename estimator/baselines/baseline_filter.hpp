@@ -1,6 +1,6 @@
-// A filter without a window for late samples: holds the newest value of each signal and advances
-// the motion by one step per tick, with camera anchor, mode and integrity. The interface is that of
-// estimator/filter.hpp.
+// A filter without a window for late samples: it holds the newest value of each signal, advances
+// the motion by one step per tick, and has a camera anchor, a mode and integrity monitoring. It has
+// the interface of estimator/filter.hpp.
 //
 // A value; no heap, no clock.
 #pragma once
@@ -21,7 +21,7 @@ namespace odomd::estimator {
 
 class BaselineFilter {
  public:
-  /// For any model but full.
+  /// `model`: any except full.
   BaselineFilter(Model model, const FilterSettings& settings) noexcept;
 
   void set_initial_pose(const Pose2& pose) noexcept;

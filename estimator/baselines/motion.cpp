@@ -11,11 +11,11 @@ namespace odomd::estimator {
 
 namespace {
 
-// Keep the covariance positive definite: the Jacobian has rank two, or less at standstill.
+// These keep the covariance positive definite: the Jacobian has rank two, or less at standstill.
 constexpr double floor_rate = 1e-3;  // [m/s, rad/s]
 constexpr double inflation = 1.0 + 1e-6;
 
-/// J diag(σ²) Jᵀ with the σ of v_x and of the steering or gyro; v_y also has the slip as an error.
+/// J diag(σ²) Jᵀ with the σ of v_x and of the steering or gyro; the slip adds to the error of v_y.
 Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
   const Eigen::Vector2d sigma(sigma_speed, sigma_turn);
   const Eigen::Vector3d least(floor_rate, std::hypot(floor_rate, model.slip), floor_rate);
@@ -27,7 +27,7 @@ Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double 
 /// Below this v_x [m/s] the discrete model is nearly unstable.
 constexpr double slowest_v_x = -0.05;
 
-/// A B with sums from left to right: the same bits, however the compiler vectorises.
+/// A B, summed from left to right, so that vectorisation does not change the bits.
 Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noexcept {
   return a.col(0) * b.row(0) + a.col(1) * b.row(1) + a.col(2) * b.row(2);
 }

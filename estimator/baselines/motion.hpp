@@ -1,6 +1,6 @@
-// The models that advance with the newest held signals, and their equations (docs/model.md, from
-// "The kinematic model" to "The slip odometer"). All are for the centre of gravity.
-// baseline_filter.hpp makes them filters.
+// The motion models that use the newest held signals, and their equations (docs/model.md, from "The
+// kinematic model" to "The slip odometer"). All describe the motion of the centre of gravity.
+// baseline_filter.hpp turns them into filters.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ struct Motion {
   BodyVelocity rate;  ///< (v̇_x, v̇_y, ψ̈) of the model [m/s², m/s², rad/s²]
   BodyVelocity mean;  ///< velocity over the period
   Pose2 way;          ///< displacement over the period, in the car's axes before it
-  /// Lasting errors of the inertial model: the gyro's bias [rad/s], its scale, the wheels' scale.
+  /// Lasting errors of the inertial model: gyro bias [rad/s], gyro scale, wheel scale.
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Zero();  ///< ∂velocity / ∂errors
   Eigen::Vector3d error_variance = Eigen::Vector3d::Zero();
   bool moving = false;   ///< the velocity comes from an earlier tick or a predecessor
@@ -38,14 +38,14 @@ struct Motion {
 }
 
 /// One period with the newest signals; a signal without a sample counts as 0. The kinematic models
-/// move along the arc of the period's mean velocity, the inertial model along that of the newest
+/// move along an arc with the mean velocity of the period, the inertial model with the newest
 /// velocity. None of them moves in its first tick.
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
                             const GyroBias& bias, const AxleSpeed& speed, Motion& motion) noexcept;
 
 /// The paper's filter as its author runs it: one prediction and one correction per tick, whatever
-/// the samples' times; then X, Y and ψ from the corrected state. It starts at x = 0, P = I, and
-/// moves in its first tick already. Below a v_x of -0.05 m/s it stops.
+/// the times of the samples; then X, Y and ψ are integrated from the corrected state. It starts at
+/// x = 0, P = I, and moves in its first tick already. Below a v_x of -0.05 m/s it stops.
 void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
                    Motion& motion) noexcept;
 
@@ -62,7 +62,7 @@ struct DeadReckoning {
                                    double turn) noexcept;
 
 /// The dynamic bicycle's (v̇_x, v̇_y, ψ̈) (eqs 4-12). The slip angles divide by
-/// max(|v_x|, speed_floor), speed_floor > 0: they equal the paper's above it, and are 0 at rest.
+/// max(|v_x|, speed_floor), speed_floor > 0: above it they equal the paper's; at rest they are 0.
 [[nodiscard]] BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,
                                         double accel_x, double speed_floor) noexcept;
 

@@ -13,7 +13,7 @@
 namespace odomd::estimator {
 namespace {
 
-// At larger deviations, a kilometre or half a turn, nothing is known.
+// Beyond a deviation of a kilometre or half a turn the pose counts as unknown.
 const Eigen::Vector3d largest_deviation(largest_camera_sigma, largest_camera_sigma,
                                         std::numbers::pi);
 
@@ -35,7 +35,7 @@ Eigen::Matrix3d displacement(const Pose2& from, const Pose2& to,
   return estimator::displacement(way[0], way[1]);
 }
 
-/// P ← F P Fᵀ + R Q Rᵀ, symmetric to the bit.
+/// P ← F P Fᵀ + R Q Rᵀ, exactly symmetric.
 Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Eigen::Matrix3d& F, const Eigen::Matrix3d& R,
                       const Eigen::Matrix3d& noise) noexcept {
   Eigen::Matrix3d next = F * P * F.transpose() + R * noise * R.transpose();
@@ -44,7 +44,7 @@ Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Eigen::Matrix3d& F, const 
   return next.selfadjointView<Eigen::Upper>();
 }
 
-/// Variances of a suspect odometry between two poses, with an error that is constant over them.
+/// Variances of the motion between two poses if the odometry is suspect, with a constant error.
 Eigen::Vector3d suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
@@ -96,7 +96,7 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise.diagonal() += (2.0 * n - 1.0) * suspect_motion(before.odom, now.odom, dt);
   }
   now.by_errors = dt * G * motion.sensitivity;
-  // Learning an error corrects no past pose: the effect so far of the learnt part joins white_.
+  // Learning an error does not correct past poses: the effect it has had so far moves to white_.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
     white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));
@@ -154,7 +154,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     const std::array<double, 3> nu = difference(seen, estimated);
     const double squared_ratio = mahalanobis_squared(S, nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
-    // The yaw without wrapping: of all turns, the nearest to the map yaw.
+    // The yaw is unwrapped: it takes the equivalent angle nearest to the map yaw.
     seen.yaw = estimated.yaw + nu[2];
     if (!(squared_ratio <= settings_.camera_gate)) {
       if (!accepts_run({time_ns, seen, at.odom, R})) {
@@ -212,7 +212,7 @@ void PoseAnchor::grow(const Pose2& from, Tick& to, double steps) noexcept {
 }
 
 /// Sets the map pose at `at` to `map`, and propagates its covariance from there to the newest tick.
-/// The first time it moves the odometry frame, which has not been published yet.
+/// The first call also moves the odometry frame, which has not been published yet.
 void PoseAnchor::re_anchor(Place at, const Pose2& map, const Eigen::Matrix3d& covariance) noexcept {
   const Pose2 before = this->map();
   if (!initialised_) {

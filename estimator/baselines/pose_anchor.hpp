@@ -5,8 +5,8 @@
 //   map = map_from_odom ∘ odom
 //
 // The odometry never jumps. A ring holds the last 256 ticks (1.28 s at 5 ms), so that a camera pose
-// sets map_from_odom at its capture time. The map pose's covariance is then that of the camera,
-// plus the noise of all ticks since, and the effect of lasting errors since.
+// sets map_from_odom at its capture time. From then on the covariance of the map pose is that of
+// the camera, plus the noise of all later ticks, plus the effect of lasting errors since.
 #pragma once
 
 #include <array>
@@ -34,11 +34,11 @@ class PoseAnchor {
   /// initialises the anchor, and also starts the odometry frame there.
   void set_pose(const Pose2& pose) noexcept;
 
-  /// Resumes from a predecessor's poses in both frames, covariance of the map pose, and resets.
+  /// Resumes from a predecessor: its poses in both frames, covariance of the map pose, resets.
   void resume(const Estimate& predecessor) noexcept;
 
   /// Appends a tick. The velocity's error is white from tick to tick, except for the lasting
-  /// errors. In a gap before the tick's own period the motion is unknown.
+  /// errors. If a gap precedes the tick's period, the motion in it is unknown.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
 
   /// Gates a camera pose against the map pose at the capture time and, if it is fused, re-anchors.
@@ -61,16 +61,16 @@ class PoseAnchor {
   struct Tick {
     std::int64_t time_ns = 0;
     Pose2 odom;
-    BodyVelocity velocity;  ///< mean since the tick before
-    /// Covariance of the displacement since the tick before, in odometry axes.
+    BodyVelocity velocity;  ///< mean since the previous tick
+    /// Covariance of the displacement since the previous tick, in odometry axes.
     Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d by_errors = Eigen::Matrix3d::Zero();  ///< ∂(displacement) / ∂(lasting errors)
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the map pose, map axes
   };
   struct Place {
     Pose2 odom;
-    std::size_t next;  ///< first tick at or after this odometry, otherwise the newest
-    double steps;      ///< from this odometry to that tick, in periods
+    std::size_t next;  ///< first tick at or after this place; otherwise the newest
+    double steps;      ///< from this place to that tick, in periods
   };
   struct RejectedPose {
     std::int64_t capture_ns = 0;

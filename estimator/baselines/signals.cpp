@@ -60,7 +60,7 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
     return reversing ? -std::abs(value) : value;
   };
 
-  // Both wheels of an axle, or one of them moved to the axle's middle: v_x = v cos(angle) ± ψ̇ t/2,
+  // From both wheels of an axle, or from one, moved to the middle: v_x = v cos(angle) ± ψ̇ t/2,
   // with t the track width; a front wheel rolls along δ.
   using enum Source;
   const double turn = car_yaw_rate * car.track_width / 2.0;

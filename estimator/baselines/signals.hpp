@@ -1,6 +1,6 @@
 // The signals of models without a window: the newest value of each, held until the next one, and
-// v_x from the available wheel speeds. The newest is that with the latest sample time, in any order
-// of arrival.
+// v_x from the available wheel speeds. The newest has the latest sample time, whatever the order of
+// arrival.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ class HeldSignals {
   }
   /// Whether a wheel has a sample within half a second before the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
-  /// Whether no wheel that is alive is faster than twice its sigma, clamped to 0.01 to 0.03 m/s.
+  /// Whether all live wheels are slower than twice their sigma, clamped to 0.01 to 0.03 m/s.
   /// False if no wheel is alive.
   [[nodiscard]] bool wheels_still() const noexcept;
 
@@ -53,8 +53,8 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, equal at the rear axle and the centre of gravity, from the first choice of wheels that are
-/// alive (the table in signals.cpp); nothing without a wheel sample. While the held direction is
+/// v_x, equal at the rear axle and the centre of gravity, from the first wheels in the table of
+/// signals.cpp that are alive; nothing without a wheel sample. While the held direction is
 /// -1, positive (unsigned) speeds count as negative.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                                        double car_yaw_rate) noexcept;

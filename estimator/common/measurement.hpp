@@ -25,7 +25,7 @@ struct CameraPose {
   std::int64_t arrival_ns = 0;  ///< time of arrival in this process; 0: unknown
   double x = 0.0;               ///< [m]
   double y = 0.0;               ///< [m]
-  double yaw = 0.0;             ///< [rad], counter-clockwise, in any turn
+  double yaw = 0.0;             ///< [rad], counter-clockwise, may exceed ±π
   double sigma_x = 0.0;         ///< [m], map axes
   double sigma_y = 0.0;
   double sigma_yaw = 0.0;  ///< [rad]
@@ -33,17 +33,17 @@ struct CameraPose {
 
 /// What a filter did with a sample. Every sample gets exactly one verdict.
 enum class Verdict : std::uint8_t {
-  fused,  ///< used; if a model holds signals: now the newest value of its source
-  gated,  ///< implausible for the state and its covariance, or physically impossible: not used, or
-          ///< for a slipping wheel used with little weight
-  too_old,     ///< older than the filter's window, the source's max_latency, or the held sample
-  future,      ///< more than a period after its arrival (if unknown: after the next tick)
+  fused,    ///< used; in a model that holds signals: now the newest value of its source
+  gated,    ///< implausible given the state and its covariance, or physically impossible: not used,
+            ///< but a slipping wheel's sample is used with little weight
+  too_old,  ///< older than the filter's window, the source's max_latency, or the held sample
+  future,   ///< more than a period after its arrival (if unknown: after the next tick)
   duplicate,   ///< same source and same time as an earlier sample
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
   forced,  ///< used although gated: the filter was wrong, according to the consensus of the sources
-  not_valid,  ///< according to valid_when or its raw value; counted by the daemon
+  not_valid,  ///< invalid according to valid_when or its raw value; counted by the daemon
   count
 };
 [[nodiscard]] constexpr bool is_taken(Verdict verdict) noexcept {
@@ -71,7 +71,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(SourceFla
     source_flag_names{"ok",       "out_of_range", "non_finite", "frozen",
                       "drifting", "slipping",     "timed_out",  "failed_protection"};
 
-/// How a filter judged a sample at a later step.
+/// A filter's judgement of a sample in a later step.
 struct Judgement {
   Source source = Source::yaw_rate;
   Verdict verdict = Verdict::fused;

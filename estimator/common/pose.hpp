@@ -49,7 +49,7 @@ struct BodyVelocity {
 /// The exact solution of eqs 8 (x_dot) and 9 for a constant velocity in the body frame: an arc.
 /// `dt` may be negative.
 [[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {
-  // The chord of the arc points in the direction of half the turn.
+  // The chord of the arc points along the heading after half the turn.
   const double half = 0.5 * v.yaw_rate * dt;
   const double chord = half == 0.0 ? dt : dt * std::sin(half) / half;
   const double along = chord * std::cos(half);

@@ -42,7 +42,7 @@ struct FilterSettings {
   PaperNoise paper;
   Tuning tuning;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
-  /// Roll and pitch of the body: measured a = (1 + gradient) a. If not set, learnt, starting at 0.
+  /// Roll and pitch of the body: measured a = (1 + gradient) a. If not set, it is learnt from 0.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   double window_s = 0.25;  ///< a sample may be this late
@@ -50,7 +50,7 @@ struct FilterSettings {
   /// Standard deviations of samples that state none.
   std::array<double, source_count> sigma = default_sigma;
 
-  /// A wheel may turn at up to this speed while it reads 0 [m/s]. Set to 0: learnt from readings.
+  /// A wheel may turn at up to this speed while it reads 0 [m/s]. 0: learnt from readings.
   std::array<double, source_count> dead_band{};
 
   bool initialise_from_camera = false;  ///< wait for a camera pose if no initial pose is set

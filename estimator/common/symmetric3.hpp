@@ -21,7 +21,7 @@ template <typename... Values>
   return std::sqrt((squared(values) + ...));
 }
 
-/// A deviation of more sigmas is not noise.
+/// A deviation of more sigmas than this is not noise.
 inline constexpr double most_sigmas = 3.0;
 
 inline constexpr double third = 1.0 / 3.0;

@@ -50,7 +50,7 @@ struct Tuning {
   double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
   double wheel_gate = 100.0;  ///< ν²/S of a wheel, whose noise has heavy tails: 10 σ
   double pedal = 0.3;         ///< sudden change of a_x by brakes or motor, one sigma [g]
-  double turn_in = 2.0;       ///< fastest change of ψ̇ that is no outlier [g / wheelbase]
+  double turn_in = 2.0;       ///< fastest change of ψ̇ that is not an outlier [g / wheelbase]
 
   // --- standing ---
   double standing_odds = 4.6;     ///< log odds at which the car stands: 100 : 1

@@ -55,13 +55,13 @@ struct Vehicle {
          is_front(source) == (driven == Driven::front);
 }
 
-/// Speed to the side times the slip angle's tangent: the scale of a sliding tyre's spin [m/s]. At
-/// less than a wheelbase per second a tyre does not slide.
+/// Lateral speed times the tangent of the slip angle: the scale of a sliding tyre's spin [m/s]. A
+/// tyre slower than a wheelbase per second does not slide.
 [[nodiscard]] inline double slide_of(double sideways, double along, const Vehicle& car) noexcept {
   return sideways * sideways / std::max(std::abs(along), car.wheelbase());
 }
 
-/// A wheel with a lower measured speed may stand [m/s].
+/// A wheel whose measured speed is lower may be at rest [m/s].
 inline constexpr double slowest_turning = 0.01;
 
 /// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than twice its noise,
@@ -71,7 +71,7 @@ inline constexpr double slowest_turning = 0.01;
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-/// Position of a source's wheel ahead and left of the centre of gravity [m], and if it is steered.
+/// A source's wheel: position ahead and left of the centre of gravity [m]; whether it is steered.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;

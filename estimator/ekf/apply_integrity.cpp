@@ -67,7 +67,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.of_speed = state.of_yaw_rate = {};
     return;
   }
-  // 1. Take back a faulty source's effect on the pose since its disagreement began.
+  // 1. Undo a faulty source's effect on the pose since its disagreement began.
   const auto fails = [&](Deviation& deviation, double now, const integrity::Solution& others,
                          of::Index index, bool distrusted) {
     add_sample(deviation.filter, state.time_ns, now, 0.0, false);

@@ -26,7 +26,7 @@ constexpr double shortest_drift_s = 0.03;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-// Longest time between two poses whose difference is taken for the camera's noise [s].
+// Longest time between two poses whose difference is attributed to the camera's noise [s].
 constexpr double longest_pause_s = 0.5;
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
@@ -43,7 +43,7 @@ Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   return step;
 }
 
-/// Log density of a step between two poses of this sigma; `way`, `turn`: further sigmas of the
+/// Log density of a step between two poses of this sigma; `way`, `turn`: additional sigmas of the
 /// displacement and of the turn.
 double log_density(const Pose2& step, const std::array<double, 3>& sigma, double way, double turn) {
   const double of_way = squared(sigma[0]) + squared(sigma[1]) + squared(way);
@@ -53,8 +53,8 @@ double log_density(const Pose2& step, const std::array<double, 3>& sigma, double
 }
 
 /// Evidence of the step between two camera poses: log p(step | the car moves like the filter, but
-/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows little of
-/// a sliding car's distance, but its heading, of which `yaw_ratio` is ν²/S.
+/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows
+/// little about the distance of a sliding car, but knows its heading; `yaw_ratio` is ν²/S of that.
 double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
                         const std::array<double, 3>& sigma, double yaw_ratio) noexcept {
   const Tuning& tuning = model.tuning;
@@ -62,7 +62,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
   const double like_filter = log_density(now.step_error, sigma, turn, turn);
-  // A sliding car may also keep the camera's velocity: its turn and heading are the filter's.
+  // A sliding car may also keep the camera's velocity, with the filter's turn and heading.
   const double dt = seconds_between(before.capture_ns, now.capture_ns);
   const double again = dt / before.seen_s;
   const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));
@@ -115,7 +115,7 @@ void note_lasting(const Tuning& tuning, LastingError& lasting, std::span<const d
   }
 }
 
-/// Begins at a camera pose, without correlations, until a second one confirms it.
+/// Starts at a camera pose, without correlations; a second pose has to confirm it.
 void begin_at(State& state, const Sample& pose) noexcept {
   state.mean.head<3>() << pose.value[0], pose.value[1], wrap_angle(pose.value[2]);
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
@@ -124,7 +124,7 @@ void begin_at(State& state, const Sample& pose) noexcept {
   state.located = state.unconfirmed = true;
 }
 
-/// A camera with biased innovations draws the pose along, so their mean is disputed.
+/// If innovations are biased, the pose follows the camera, so their mean is disputed.
 void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   const Eigen::Vector2d way = tuning.fault_share * Eigen::Vector2d(state.lasting_way.mean.data());
   const double turn = tuning.fault_share * state.lasting_turn.mean[0];
@@ -136,9 +136,9 @@ void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   }
 }
 
-/// The filter is wrong by ν: widens the pose, up to what P can hold, and the velocity and gyro bias
-/// that may have caused ν since the last fused pose. The map may have jumped instead, by the part
-/// of ν that S does not explain.
+/// The filter is wrong by ν: widens the pose, within the limits of P, and the velocity and gyro
+/// bias that may have caused ν since the last fused pose. The map may have jumped instead, by the
+/// part of ν that S does not explain.
 void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
            const Eigen::Matrix3d& S, double since_fused_s, bool first) noexcept {
   const double way = std::min(squared(nu[0]) + squared(nu[1]), squared(largest_camera_sigma));
@@ -238,7 +238,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   Eigen::Matrix3d S = P.topLeftCorner<3, 3>();
   S.diagonal() += Eigen::Vector3d(sample.sigma.data()).cwiseAbs2();
   judgement.variance = {S(0, 0), S(1, 1), S(2, 2)};
-  if (!state.integrity.slides()) {  // where tyres slide, the filter may be wrong
+  if (!state.integrity.slides()) {  // while tyres slide, the filter may be wrong
     state.integrity.add_camera_innovation(judgement.innovation, judgement.variance);
   }
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
@@ -270,7 +270,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       judgement.verdict = Verdict::gated;
       return judgement;
     }
-    // Fused against the test, so it does not enter the filter's statistics.
+    // Fused although it failed the test, so it does not enter the filter's statistics.
     judgement.degrees = 0;
     judgement.verdict = Verdict::forced;
     if (state.standstill.standing) {

@@ -1,5 +1,5 @@
-// The states at the ticks of the window: the filter rewinds to one of them for a late sample. And
-// the latencies learnt from the camera, by which samples are moved earlier.
+// The states at the ticks of the window, to which the filter rewinds for a late sample; and the
+// latencies learnt from the camera, by which samples are moved earlier.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -17,7 +17,7 @@ namespace odomd::estimator::full {
 
 class History {
  public:
-  /// Number of states, the present one included.
+  /// Number of states, including the present one.
   static constexpr std::size_t capacity = 64;
 
   /// The present state. writable() first copies it if it is kept.
@@ -69,7 +69,7 @@ class History {
 };
 
 /// A sample is moved earlier by the latency that had been learnt two windows before its own time.
-/// No late sample changes that latency any more, so the order of arrival does not count. Later
+/// No late sample can change that latency any more, so the order of arrival does not matter. Later
 /// changes of the latency enter the sample's prediction, to first order.
 class Latencies {
  public:

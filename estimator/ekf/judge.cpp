@@ -30,7 +30,7 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
                                               : 0.0;
 }
 
-/// Attributes a sudden change `off` beyond S to a_x, a wheel's to v_x, too: not to bias or slope.
+/// Attributes a sudden change `off` beyond S to a_x (a wheel's also to v_x), not to bias or slope.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
   double& a_x = state.variance(at::accel_x);
@@ -139,7 +139,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const auto test_ratio = [&](double of) {
     return nu.value * nu.value / (of + possible * possible) / gate;
   };
-  judgement.test_ratio = test_ratio(variance);  // without the slip, which does not excuse a sample
+  judgement.test_ratio = test_ratio(variance);  // without slip, which does not excuse a sample
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
@@ -149,9 +149,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::gated;
     const double before = state.reading(sample.source).value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
-      rejected_ns = sample.time_ns;  // a vibration deviates to both sides
+      rejected_ns = sample.time_ns;  // a vibration deviates in both directions
     }
-    // A wheel is wrong, not the filter, while another one is fused.
+    // While another wheel is fused, this wheel is wrong, not the filter.
     const double alone_s = seconds_between(last_fused_ns(state, sample.source), sample.time_ns);
     if (std::min(rejected_s(state, sample), alone_s) < rules.timeout_s ||
         !state.integrity.agrees(sample.source)) {
@@ -170,7 +170,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   } else if (!bias && nu.squared_ratio() > gate) {
     if (first) {
       rejected_ns = sample.time_ns;
-      judgement.verdict = Verdict::gated;  // one corrupt frame does not brake or turn a car
+      judgement.verdict = Verdict::gated;  // one corrupt frame must not brake or turn the car
       return judgement;
     }
     inflate_acceleration(model.tuning, state, sample, nu.value);
@@ -181,10 +181,10 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     weigh(nu);
   }
   Vector gain = optimal_gain(nu);
-  // A corrected speed does not move the position: that would be a correction of the past.
+  // A speed correction must not move the position: that would be a correction of the past.
   gain[at::x] = gain[at::y] = 0.0;
   if (rules.turn) {
-    // A turn does not correct the speed: at walking pace the speed would explain a biased gyro.
+    // A turn must not correct the speed: at walking pace the speed would absorb a gyro bias.
     gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
   }
   if (!updates.heading) {
@@ -205,7 +205,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     state.turned_by.setZero();
     state.turned_since_ns = sample.time_ns;
   }
-  // Noise mistaken for a force would make its gradient too small.
+  // Noise mistaken for a force would make the learnt gradient too small.
   SlowVector learns = updates.slow;
   for (const slow::Index gradient : {slow::roll_gradient, slow::pitch_gradient}) {
     const double uncertain = nu.variance_of_noise - prediction.variance;

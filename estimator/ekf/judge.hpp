@@ -1,13 +1,13 @@
-// Gates a scalar sample, fuses it, and handles the rejection timeout of its source. And noise from
-// the data: the inertial sensors' from the differences of their samples, and scales of process and
-// measurement noise from the innovations.
+// Gates a scalar sample, fuses it, and handles the rejection timeout of its source. Also estimates
+// noise from the data: that of the inertial sensors from the differences of their samples, and the
+// scales of process and measurement noise from the innovations.
 //
 // docs/model.md, "Gates and rejection timeouts".
 #pragma once
 
 #include <cstdint>
 
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/update.hpp"
@@ -37,7 +37,7 @@ struct Updates {
 
 /// Replaces the sigma of an inertial sensor's sample by its measured noise,
 /// E (z_k - 2 z_k-1 + z_k-2)² / 6, which motion hardly affects. Still and moving samples have
-/// separate means: from 0.1 to 1 of the stated sigma when still; from 0.3 to 3 on the move.
+/// separate means, limited to 0.1 to 1 times the stated sigma when still, 0.3 to 3 when moving.
 void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept;
 
 /// The present noise estimate of a source with the stated sigma `stated`.

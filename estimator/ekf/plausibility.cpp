@@ -200,7 +200,7 @@ Verdict take_direction(const CarModel& model, State& state, const Sample& sample
   const bool reversed = direction * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
   if (reversed && state.moving && !state.standstill.standing && direction * v_x < 0.0) {
     if (std::abs(v_x) > fastest_reversal && direction * before.value <= 0.0) {
-      return Verdict::gated;  // a single corrupt frame does not reverse a car
+      return Verdict::gated;  // a single corrupt frame must not reverse the car
     }
     state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
     set_off(model, state, 2.0 * v_x);

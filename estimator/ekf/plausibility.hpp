@@ -1,5 +1,5 @@
-// How samples of each source are judged, and compared with earlier ones, without the filter's
-// state. A jump that no car can make may be a corrupt frame, so a second consistent sample is
+// How samples of each source are judged, and compared with earlier ones, without using the state of
+// the filter. A jump that no car can make may be a corrupt frame, so a second consistent sample is
 // needed.
 //
 // docs/model.md, "Gates and rejection timeouts".
@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "estimator/common/vehicle.hpp"
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 
@@ -25,9 +25,9 @@ struct Rules {
   double Tuning::*gate;  ///< threshold of ν²/S
   double timeout_s;      ///< samples rejected for this long are accepted
   at::Index inflated;    ///< state whose variance grows then
-  bool turn;             ///< they measure a turn and do not correct the speed
+  bool turn;             ///< its samples measure a turn and do not correct the speed
   /// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most
-  /// 2. That includes kerbs, and the wheels of one axle in a tight turn.
+  /// 2. This allows for kerbs, and for the wheels of one axle in a tight turn.
   double at_once, share, rate;  ///< at_once [unit], rate [unit/s]
 };
 [[nodiscard]] constexpr Rules rules_of(Source source) noexcept {
@@ -38,7 +38,7 @@ struct Rules {
     case Source::accel_y:
       return {&Tuning::signal_gate, longest_gap_s, at::accel_bias_y, true, 10.0, 0.0, 100.0};
     case Source::accel_x:
-      // Longer: a car that sets off accelerates before its wheels resolve the speed.
+      // A longer timeout: a car that sets off accelerates before its wheels resolve the speed.
       return {&Tuning::signal_gate, 1.5, at::accel_bias_x, false, 10.0, 0.0, 100.0};
     default:
       return {&Tuning::wheel_gate, 0.1, at::v_x, false, 0.3, 0.3, 10.0};
@@ -67,8 +67,8 @@ struct FirstSpeeds {
 /// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
-/// Turning and still wheels, by the newest sample of each within 0.25 s, `sample` included. A still
-/// wheel does not count if its dead band hides the speed of one with a smaller dead band.
+/// Turning and still wheels, from the newest sample of each within 0.25 s, including `sample`. A
+/// still wheel does not count if its dead band hides the speed of one with a smaller dead band.
 struct WheelCount {
   int turning = 0;
   int still = 0;
@@ -88,8 +88,8 @@ struct WheelCount {
 /// Whether a camera or a trusted undriven wheel knows v_x, even in a slide.
 [[nodiscard]] bool knows_speed(Driven driven, const State& state) noexcept;
 
-/// The largest slip of a rear wheel relative to |v_x|, at most 1: a tyre that spins or locks holds
-/// less to the side.
+/// The largest slip of a rear wheel relative to |v_x|, at most 1: a spinning or locked tyre
+/// has less lateral grip.
 [[nodiscard]] double rear_spin(const Vehicle& car, const State& state) noexcept;
 
 /// Time of the last fused sample of any wheel; 0: never.
@@ -110,8 +110,8 @@ void note_reading(State& state, const Sample& sample) noexcept;
 [[nodiscard]] Verdict take_direction(const CarModel& model, State& state,
                                      const Sample& sample) noexcept;
 
-/// Whether the direction came in cycles, has stopped to come, and the car may have stood since: it
-/// may set off in either direction.
+/// Whether a direction that was sent in cycles has stopped, and the car may have stood since, so
+/// that it may set off in either direction.
 [[nodiscard]] bool lost_direction(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

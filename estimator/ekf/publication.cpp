@@ -24,7 +24,7 @@ namespace {
 constexpr double largest_position = 2.0 * largest_coordinate;
 constexpr double largest_state = 1e4;
 
-/// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
+/// Beyond a deviation of a kilometre, half a turn or 100 m/s nothing is known.
 const Vector largest_deviation = [] {
   constexpr double yaw = 3.2;
   constexpr double speed = 100.0;
@@ -168,7 +168,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
     P.diagonal().head<3>() +=
         model.tuning.outlier_share * Eigen::Vector3d(range, range, std::numbers::pi).cwiseAbs2();
   }
-  // Unsigned wheel speeds: since the camera last saw it, the car may reverse after a halt.
+  // With unsigned wheel speeds, the car may have halted and reversed since the last pose.
   const double unseen_s = seconds_between(state.reading(Source::camera).fused_ns, state.time_ns);
   const double backwards = std::clamp(std::abs(x[at::v_x]) * unseen_s, 0.0,
                                       std::abs(state.integrity.agreed().unsigned_distance));

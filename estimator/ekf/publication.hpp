@@ -6,7 +6,7 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/settings.hpp"
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full {
@@ -19,13 +19,13 @@ namespace odomd::estimator::full {
 [[nodiscard]] Estimate publication(const CarModel& model, const Input& input, double period_s,
                                    const State& state, const State& initial) noexcept;
 
-/// The state that resumes from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old:
-/// pose, velocity and covariances moved on by the gap, calibrations, time of the last camera pose.
+/// The state resumed from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old. Pose,
+/// velocity and covariances are propagated; calibrations and time of the last camera pose are kept.
 [[nodiscard]] State resumed(const CarModel& model, const Estimate& predecessor, double gap_s,
                             const State& initial) noexcept;
 
-/// Widens the covariance of a state without samples for `gap_s` [s], in which the car may have kept
-/// its motion or not.
+/// Widens the covariance of a state without samples for `gap_s` [s], in which the car may or may
+/// not have kept its motion.
 void bridge_gap(State& state, double gap_s) noexcept;
 
 /// Inflates P against rounding, and limits its variances with D P D. Call it once a tick.

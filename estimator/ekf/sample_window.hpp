@@ -1,5 +1,5 @@
-// The recent samples in the order of their own times: the filter sees the same sequence whatever
-// the order of arrival. And their verdicts, each reported once.
+// The recent samples, ordered by their own times, so that the filter sees the same sequence
+// whatever the order of arrival; and their verdicts, each reported once.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -62,7 +62,7 @@ class SampleWindow {
     return std::exchange(dropped_, {});
   }
 
-  /// The latest time of a dropped sample; the lowest number if there is none.
+  /// The latest time of a dropped sample; the lowest int64 if there is none.
   [[nodiscard]] std::int64_t dropped_until_ns() const noexcept { return dropped_until_ns_; }
 
  private:

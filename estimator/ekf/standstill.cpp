@@ -10,7 +10,7 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
@@ -70,7 +70,7 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
         std::max(older.highest, newer.highest) - std::min(older.lowest, newer.lowest);
     odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // twice, for two stretches
   }
-  // 3. A car whose wheels read 0 because it reverses is accelerated.
+  // 3. A car whose wheels read 0 because it changes direction accelerates.
   const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
   if (accel.alive(state.time_ns)) {
     const double noise = accel.noise(integrity::Over::short_time);
@@ -298,7 +298,7 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
 
 void learn_dead_band(State& state, const Sample& sample) noexcept {
   const Reading& before = state.reading(sample.source);
-  // A wheel that trembles while the others stand shows nothing.
+  // A wheel that trembles while the others stand does not show motion.
   const bool alone = state.standstill.wheels_still && is_single_wheel(sample.source);
   if (!alone && before.consistent > 0 && sample.value[0] != 0.0 && before.value != 0.0) {
     const double shown =

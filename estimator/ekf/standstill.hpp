@@ -6,7 +6,7 @@
 #pragma once
 
 #include "estimator/ekf/plausibility.hpp"
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 
@@ -23,8 +23,8 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 /// is unknown.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
-/// The first samples may be garbage: until there are five, a speed far from their median becomes
-/// the median, and the position that of a motion at it. Call it with every sample of a wheel.
+/// The first samples may be garbage: until there are five, a speed far from their median is set
+/// to the median, and the position to that of a motion at it. Call it with every sample of a wheel.
 void correct_start(State& state, const Sample& sample) noexcept;
 
 /// Whether a turning wheel ends the standstill. Most wheels must turn: at least two, or one that

@@ -1,5 +1,5 @@
 // The state of the full filter: the estimated quantities, and everything else that one instant
-// passes to the next. A value: the filter keeps states of its window's ticks.
+// passes to the next. A value: the filter keeps a state per tick of its window.
 //
 // docs/model.md, "State".
 #pragma once
@@ -115,7 +115,7 @@ struct NoiseLevel {
     int samples = 0;    ///< number of averaged samples
   } moving, still;
   std::array<double, 2> last{};  ///< the two previous samples / stated sigma
-  int run = 0;                   ///< number of these since the wheels last stopped or started
+  int run = 0;                   ///< number of samples since the wheels last stopped or started
   bool wheels_still = false;
 };
 
@@ -166,8 +166,8 @@ struct PosePair {
   std::int64_t capture_ns = 0;
   Pose2 measured;
   Pose2 estimated;
-  Pose2 step_error;     ///< measured minus estimated motion since the camera pose before
-  Pose2 seen;           ///< measured motion since the camera pose before
+  Pose2 step_error;     ///< measured minus estimated motion since the previous camera pose
+  Pose2 seen;           ///< measured motion since the previous camera pose
   double seen_s = 0.0;  ///< duration of `seen` [s]
   bool beyond = false;  ///< this pose is beyond the gate
 };
@@ -228,7 +228,7 @@ struct State {
   bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   int confirming_poses = 0;  ///< consecutive fused camera poses
   /// Corrections by the camera that may be jumps of the map instead [m, m, rad]; their sum,
-  /// squared, is added to the published P. Those there and back cancel.
+  /// squared, is added to the published P. A jump there and back cancels.
   Eigen::Vector3d disputed = Eigen::Vector3d::Zero();
   LastingError lasting_way;  ///< of the camera's x and y
   LastingError lasting_turn;

@@ -7,15 +7,15 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/judge.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 #include "estimator/ekf/plausibility.hpp"
-#include "estimator/ekf/predict.hpp"
 #include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
-// An older steering sample does not count.
+// An older steering sample is ignored.
 constexpr double steering_lifetime_s = 0.5;
 
 // Fastest turn of the front wheels [rad/s].

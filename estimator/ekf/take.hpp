@@ -1,12 +1,12 @@
 // Applies one sample to the state at its time: plausibility, gate, update, standstill. A pure
 // function of state and sample, so that a window can be replayed. A camera pose z = (X, Y, ψ)
-// counts at its capture time, as a whole; the filter recovers when it is wrong and the camera is
-// right.
+// is applied at its capture time, as a whole; the filter recovers when it is wrong and the camera
+// is right.
 //
 // docs/model.md, "Process".
 #pragma once
 
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 

@@ -1,4 +1,4 @@
-// Weighted least squares over the equations of all sources, or of all but some.
+// Weighted least squares over the equations of all sources, or without some of them.
 //
 // docs/model.md, "Consensus".
 #pragma once

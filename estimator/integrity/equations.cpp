@@ -27,7 +27,7 @@ struct Averaged {
   bool slides;      ///< the car may have slid meanwhile
 };
 
-/// The observations, averaged over one of the two times.
+/// The observations, averaged over one of the two averaging times.
 struct View {
   const Sensors& sensors;
   const Observations& observed;
@@ -76,7 +76,7 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   const double mean = wheel.mean / (1.0 + view.observed.radius[index_of(source)]);
   const double hidden =
       std::abs(history.value) < slowest_turning ? errors.dead_band[index_of(source)] : 0.0;
-  // How a wheel that slides to the side rolls is known less.
+  // The rolling speed of a wheel that slides sideways is less certain.
   const double slides = 0.5 * (std::hypot(along, across) - std::abs(rolls));
   // Radii differ, and at 1 g as much again by the wheels' load.
   const double unequal =

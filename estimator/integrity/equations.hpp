@@ -20,7 +20,7 @@ struct Sensors {
   Vehicle car;
   Tuning tuning;
 
-  /// The fastest change of ψ̇ that is no outlier [rad/s²].
+  /// The fastest change of ψ̇ that is not an outlier [rad/s²].
   [[nodiscard]] double turn_in() const noexcept {
     return tuning.turn_in * gravity / car.wheelbase();
   }
@@ -67,7 +67,7 @@ struct Observations {
   std::array<Solution, 2> last_consensus;  ///< indexed by Over
   std::int64_t last_slide_ns = 0;          ///< last time that the car may have slid; 0: never
   std::int64_t slid_ns = 0;                ///< last time that the car slid; 0: never
-  double spin = 0.0;  ///< a driven wheel's, by its slide; the largest in the long mean's time [m/s]
+  double spin = 0.0;  ///< of a driven wheel, from its slide; largest in the long mean's time [m/s]
   SensorErrors errors;
   std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
 
@@ -148,7 +148,7 @@ void learn_radii(const Consensus& all, const Solution& base, double dt,
                  Observations& observed) noexcept;
 
 /// Integrates the measured acceleration over `dt` [s], unless accel_x is silent or distrusted.
-/// Stops once the car stands, while all wheels are distrusted.
+/// If all wheels are distrusted, it stops once the car stands.
 void integrate_acceleration(const Sensors& sensors, Observations& observed, double dt,
                             bool wheels_distrusted) noexcept;
 

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
-// Required agreement before a flag is lowered [s]: the first time, and at most.
+// Duration of agreement before a flag is lowered [s]: required the first time, and at most.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
-// Fewer negative speeds, each after a negative one of the same wheel, may be corrupt frames.
+// Fewer negative speeds (each after a negative one of the same wheel) may be corrupt frames.
 constexpr int sign_known_after = 3;
 
 /// Adds to a wheel's slip the part of its speed change between two samples that exceeds noise and
@@ -250,7 +250,7 @@ void Integrity::check(const Sensors& sensors, std::int64_t now_ns,
   };
   agreed_.wheels_distrusted = all_distrusted(wheels);
   // The car may slide at a high lateral acceleration, while an axle slips or the rear axle moves
-  // aside, and afterwards while it yaws faster than any steering angle allows.
+  // sideways, and afterwards while it yaws faster than any steering angle allows.
   const double largest_yaw_rate =
       std::abs(observed_.speed()) * sensors.tuning.sharpest_turn / sensors.car.wheelbase();
   const bool spins = observed_.slides(now_ns, Over::long_time) &&

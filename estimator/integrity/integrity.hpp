@@ -23,7 +23,7 @@ class Integrity {
   /// was taken.
   void add(Source source, std::int64_t time_ns, double value, double sigma,
            std::int64_t arrival_ns = 0) noexcept;
-  /// Forgets the samples of a source that has stopped to send.
+  /// Forgets the samples of a source that has stopped sending.
   void forget(Source source) noexcept { observed_.sources[index_of(source)] = {}; }
   void add(const CameraPose& pose) noexcept;
   /// Adds the innovation of a camera pose and its variances (x, y, yaw), fused or not. Call it for

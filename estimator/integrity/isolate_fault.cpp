@@ -32,7 +32,7 @@ constexpr double slide_penalty = 10.0;
 // Bonus for a source whose bits repeat or a wheel that slips: it is more likely to be at fault.
 constexpr double anomaly_bonus = 20.0;
 
-/// Whether all live ones of these sources repeat their bits, or slip.
+/// Whether every live source of this set repeats its bits, or slips.
 bool is_anomalous(const Observations& observed, Sources sources, const Solution& without) noexcept {
   for (const Source source : all_sources) {
     const SourceHistory& history = observed.history(source);

@@ -35,7 +35,7 @@ class ModeMonitor {
                               : Mode::dead_reckoning;
   }
 
-  /// Whether a measured motion counts as none. The thresholds are twice as large while the car
+  /// Whether a measured motion counts as rest. The thresholds are twice as large while the car
   /// stands.
   [[nodiscard]] bool is_still(double speed, double yaw_rate) const noexcept {
     constexpr double standing_yaw_rate = 0.1;  // [rad/s]: above a gyro's bias and noise

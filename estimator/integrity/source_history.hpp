@@ -13,8 +13,8 @@
 
 namespace odomd::estimator::integrity {
 
-/// Each source has two means: the short one detects a fault soon, the long one detects a small
-/// fault at all.
+/// Each source has two means: the short one detects a fault early, the long one detects small
+/// faults.
 enum class Over : std::uint8_t { short_time, long_time };
 inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
 [[nodiscard]] constexpr double seconds_of(Over over) noexcept {
@@ -24,7 +24,7 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
 /// A source counts once it has this many samples.
 inline constexpr std::size_t least_samples = 5;
 
-/// A source with this cycle that is silent for longer has paused [s].
+/// A source with this cycle counts as paused if it is silent for longer [s].
 [[nodiscard]] constexpr double patience_s(double cycle_s) noexcept {
   return 3.5 * cycle_s + 0.01;
 }

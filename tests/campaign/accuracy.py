@@ -4,12 +4,10 @@
 Each course is driven with N seeds, replayed through the models and evaluated against the truth. The small car
 drives the courses at several speeds, with and without its camera (scenario, speed, errors); three full-size
 cars of published data, whose bodies roll and pitch, and one of them on stiffer anti-roll bars drive laps, a
-slalom, stop-and-go, a car park and hills. Standard output is a table in Markdown, a row per bar. If
-ODOMD_DRIVES names folders of recorded drives, and no bar is asked for by name, the tables of the training
-drives follow those of the small car. Exit status 1 if a bar is missed or the work failed, 2 on wrong usage.
+slalom, stop-and-go, a car park and hills. Standard output is a table in Markdown, a row per bar. Exit
+status 1 if a bar is missed or the work failed, 2 on wrong usage.
 """
 
-import os
 import pathlib
 
 import common
@@ -37,14 +35,6 @@ def arguments():
     return given
 
 
-def recorded_drives(given, models):
-    """The tables of the training drives; nothing if there are none."""
-    if given.only or given.campaign is fullsize or not os.environ.get("ODOMD_DRIVES"):
-        return ""
-    return common.output(common.ROOT / "tests/campaign/drives.py", "--training", "--bin", given.bin,
-                         *(f"--model={model}" for model in models))
-
-
 def main():
     given = arguments()
     campaign, wanted = given.campaign, given.only or list(given.campaign.BARS)
@@ -55,12 +45,12 @@ def main():
              for number in range(1, given.seeds + 1)]
     measured = common.each_drive(given, tasks, lambda name, seed, folder, scratch: {
         "course": name, "seed": seed, **drives.measure(given.odom, courses_read[name], models, folder, scratch)})
-    recorded = recorded_drives(given, models)
     results = campaign.Results(measured, given)
     rows = [(name, row) for name in wanted for row in campaign.BARS[name][0](results)]
     print(f"`--model {given.model}`, {common.BEGUN:%F}, {given.seeds} seeds a course; medians (smallest to largest):\n")
     print("\n".join(common.table(rows)), "\n")
-    print("\n".join(fullsize.further(results)) if campaign is fullsize else recorded)
+    if campaign is fullsize:
+        print("\n".join(fullsize.further(results)))
     return common.finish(rows, given.json, {"model": given.model, "seeds": given.seeds, "drives": measured})
 
 

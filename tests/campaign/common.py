@@ -45,7 +45,7 @@ def output(*command: object) -> str:
 
 
 def replay(odom, config, folder, poses, *options):
-    """Replays a drive's log into a file of poses. Returns what the program says with --json."""
+    """Replays a drive's log into a file of poses. Returns the JSON that the program prints."""
     done = run(odom, "replay", "--config", config, "--dbc", folder / "car.dbc", "--can", folder / "drive.log",
                "--out", poses, *options, "--json")
     return json.loads(last_line(done.stderr))
@@ -69,7 +69,7 @@ def scratch() -> Iterator[pathlib.Path]:
 
 @contextlib.contextmanager
 def named(what):
-    """Puts `what` before the message of a failure inside."""
+    """Prefixes the message of a failure in the block with `what`."""
     try:
         yield
     except Failed as error:
@@ -94,7 +94,7 @@ def side_by_side(jobs, measure, tasks):
 
 
 def simulate(odom, options, seed, folder):
-    """Runs odom sim, unless the folder has a drive that the same command made."""
+    """Runs odom sim, unless the folder already has the drive that this command makes."""
     command = [odom, "sim", *options, "--seed", seed]
     text = " ".join(str(word) for word in command[1:]) + "\n"
     made_by = folder / "command"
@@ -140,8 +140,8 @@ def parser(doc, seeds=None, what="drives of each course", jobs=True, work=False,
 
 def parse(made):
     given = made.parse_args()
-    if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs")) or not getattr(given, "slack", 1.0) >= 1:
-        made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "slack") if hasattr(given, name)))
+    if any(getattr(given, name, 1) < 1 for name in ("seeds", "jobs", "kills")) or not getattr(given, "slack", 1.0) >= 1:
+        made.error("1 or more: " + ", ".join(f"--{name}" for name in ("seeds", "jobs", "kills", "slack") if hasattr(given, name)))
     given.bin = given.bin.resolve()
     for program in given.programs:
         if not os.access(given.bin / program, os.X_OK):

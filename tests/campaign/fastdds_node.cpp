@@ -1,5 +1,5 @@
-// A node on Fast DDS as in ROS 2. It knows types only by name: the caller encodes and decodes the
-// bytes according to the message definitions.
+// A node on Fast DDS, as in ROS 2. It knows only the names of types; its caller encodes and decodes
+// the bytes according to the message definitions.
 //
 // fastdds_node DOMAIN SECONDS: reads /odom and /tf and prints a line per sample: the topic and the
 // serialised payload in hexadecimal.

@@ -1,6 +1,7 @@
-// Every kind of fault on one simulated drive, with and without camera: a line of JSON per run, the
-// first without faults. Started by tests/campaign/integrity.py, with --flags by faults.py: then the
-// sensors of the table in source_flags.hpp fail one at a time, and a line has the source flags.
+// Runs every kind of fault on one simulated drive, with and without camera, and prints a line of
+// JSON per run; the first run has no fault. tests/campaign/integrity.py starts it. faults.py starts
+// it with --flags: then the sensors of the table in source_flags.hpp fail one at a time, and each
+// line contains the source flags.
 //
 //   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list|--flags]
 #include <algorithm>
@@ -55,8 +56,8 @@ constexpr std::string_view tried =
     "gyro.one_sided,gyro.rounded,gyro.fading,gyro.frozen_without_camera,gyro.offset_with_steering,"
     "wheels.zero_with_frozen_camera,bus.sagging,camera.skewed,camera.mixed,camera.vague_offset";
 
-// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault; BEGIN counts from the begin of
-// the run's faults.
+// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault. BEGIN is relative to the begin
+// of the faults in the run.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{{
     {"gyro.fading",
      "gyro.scaled:0:20:0.93+gyro.scaled:4:16:0.93+gyro.scaled:8:12:0.93+gyro.scaled:12:8:0.93+"

@@ -32,8 +32,8 @@ def raised(flags):
 
 
 def judge(fault, known):
-    """The fault with the delay of its flag [s], None without one; whether it is late or missed; and the flags of other
-    sources that came before it. `known` are the flags of the drive without fault, which do not count."""
+    """Returns the fault with three results: the delay of its flag [s], or None; whether the flag is late or missed; and
+    the earlier flags of other sources. `known`: the flags of the drive without fault, which do not count."""
     flags = raised(fault["flags"])
     own = [t for t, source, _ in flags if source == fault["source"] and t >= fault["begin"]]
     shown, until = fault["shown"], own[0] if own else float("inf")
@@ -45,7 +45,7 @@ def judge(fault, known):
 
 
 def measure(given, scenario, seed, folder):
-    """Of a drive: its scenario and name, its flags without a fault, and its faults, judged. Every second drive has a
+    """Returns a drive's scenario and name, its flags without a fault, and its judged faults. Every second drive has a
     camera."""
     lines = common.output(given.bin / "fault_runs", folder, seed, "--flags", "--camera", "on" if seed % 2 else "off")
     as_it_is, *faults = map(json.loads, lines.splitlines())

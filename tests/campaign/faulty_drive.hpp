@@ -1,5 +1,5 @@
-// A drive with its truth through the daemon's pipeline, with and without faults, compared with the
-// truth at every tick: for the campaigns of integrity and of source flags.
+// Runs a drive through the daemon's pipeline, with and without faults, and compares each tick with
+// the truth. Used by the integrity and source-flag campaigns.
 //
 // The part before the fault is the same in all runs, so it is replayed only once: every run
 // continues from the pipeline's state at its end.

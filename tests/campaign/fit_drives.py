@@ -52,7 +52,7 @@ def fit(odom: pathlib.Path, published: pathlib.Path, folder: pathlib.Path, until
 
 
 def judge(odom: pathlib.Path, car: str, taught: str, until: float, others: Any, work: pathlib.Path) -> Iterator[str]:
-    """Prints a row for each configuration on each of the other drives. Gives the errors that the fit does not lower."""
+    """Prints a row for each configuration on each other drive; yields the errors that the fit does not lower."""
     by_hand = ROOT / f"tests/data/drives/{car}.toml"
     published, fitted = work / "published.toml", work / "fitted.toml"
     as_delivered(by_hand, published)

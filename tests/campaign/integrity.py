@@ -10,8 +10,8 @@ a good pose; and gross if it is also off by more than 0.1 m or 0.1 rad. The bars
   end error   at most 1.2 times that of the same drive without that source, plus 5 cm, in the median run;
               at most twice, plus 5 cm, in 95 % of the runs
 
-Standard output is a table in Markdown. Exit status 1 where a bar is missed or the work failed, 2 on wrong
-usage.
+Standard output is the part of docs/dev/integrity.md that is measured, the kinds that miss a bar, and a summary. Exit
+status 1 where a bar is missed or the work failed, 2 on wrong usage.
 """
 
 import json
@@ -82,7 +82,7 @@ def arguments():
 
 
 def kinds(given):
-    """The kinds for fault_runs: all that it knows, or the requested ones."""
+    """The kinds for fault_runs: all default kinds, or the requested ones."""
     every = common.output(given.bin / "fault_runs", "--list").split()
     if not given.kind:
         return every
@@ -102,12 +102,12 @@ def measure(given, scenario, seed, folder, wanted):
 
 
 def silence(one):
-    """The time that the bar limits [s]: gross with a camera and a fault, otherwise silent."""
+    """The time that the bar limits [s]: gross in silence with a camera and a fault, otherwise silent."""
     return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
 
 
 def ratio(one):
-    """End error beyond 5 cm, divided by the end error without the source, which counts as a millimetre or more."""
+    """End error beyond 5 cm, divided by the end error without the source (at least a millimetre)."""
     return max(0.0, one["end_m"] - SMALL) / max(one["left_out_m"], 1e-3)
 
 
@@ -117,8 +117,6 @@ class Row:
     def __init__(self, kind, camera, runs):
         self.kind, self.camera, self.runs = kind, camera, runs
         share = lambda chosen: sum(map(bool, chosen)) / len(runs)
-        self.silent = share(one["silent_s"] > LONGEST_SILENCE for one in runs)
-        self.gross = share(one["silent_gross_s"] > LONGEST_SILENCE for one in runs)
         self.judged = share(silence(one) > LONGEST_SILENCE for one in runs)
         delays = [one["detected"] - one["begin"] for one in runs
                   if one["detected"] is not None and one["detected"] >= one["begin"]]
@@ -137,17 +135,14 @@ class Row:
         if self.kind != "none" and (self.ratio > MEDIAN_RATIO or self.within < WITHIN_LARGEST):
             yield "end error"
 
-    def cells(self):
-        detected = "" if self.kind == "none" else f"{100 * self.detected:.0f}"
-        delay = "" if self.kind == "none" or self.delay is None else f"{self.delay:.2f}"
-        ends = ("", "") if self.kind == "none" else (f"{self.ratio:.2f}", f"{100 * self.within:.0f}")
-        verdict = f"not detectable: {self.excuse}" if self.excuse else ", ".join(self.missed) or "met"
-        return (str(len(self.runs)), f"{100 * self.silent:.0f}", f"{100 * self.gross:.0f}", detected, delay,
-                f"{self.worst:.2f}", *ends, verdict)
+    def verdict(self):
+        return (f"- {self.kind}, camera {'on' if self.camera else 'off'}: misses {', '.join(self.missed)}; silent in "
+                f"{100 * self.judged:.1f} % of {len(self.runs)} runs, at most {self.worst:.2f} s; end ratio "
+                f"{self.ratio:.2f}, at most {LARGEST_RATIO:g} in {100 * self.within:.0f} %")
 
 
 def span(values, form):
-    """The values' range, or nothing without a value."""
+    """The range of the values as text; empty without values."""
     shown = [form.format(value) for value in (min(values), max(values))] if values else [""]
     return " to ".join(dict.fromkeys(shown))
 
@@ -162,7 +157,7 @@ def documented_row(title, found, ends):
 
 
 def documented_table(rows, ends):
-    """A row for each kind that was or may be silent in a run, and one for all other kinds of its part."""
+    """A row for each kind that is silent in some run or not detectable, and one row for the other kinds of its part."""
     yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
     yield "|---|--:|--:|--:|--:|" + ends * "--:|"
     for part in dict.fromkeys(row.kind.partition(".")[0] for row in rows):
@@ -175,12 +170,14 @@ def documented_table(rows, ends):
             yield documented_row(f"`{part}`: {len(others)} {'others' if alone else 'kinds'}", others, ends)
 
 
-def documented(rows, given):
+def documented(rows, seeds, scenarios):
     """The part of docs/dev/integrity.md that is measured."""
-    yield (f"Measured on {common.BEGUN:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
-           f"({', '.join(SCENARIOS)}), with one fault each.")
+    yield (f"Measured on {common.BEGUN:%F}: {seeds} simulated drives of each of {len(scenarios)} scenarios "
+           f"({', '.join(scenarios)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
+        if not these:
+            continue
         yield f"\n## With{'' if camera else 'out'} a camera\n"
         yield from documented_table(these, ends=0 if camera else 1)  # with a camera the ratio is 0
         excuses = {}
@@ -193,21 +190,10 @@ def documented(rows, given):
     yield ""
 
 
-def write_document(rows, given):
+def write_document(measured):
     before, rest = DOCUMENT.read_text().split(MARKS[0])
     after = rest.split(MARKS[1])[1]
-    measured = "\n".join(documented(rows, given)) + "\n"
-    DOCUMENT.write_text(before + MARKS[0] + measured + MARKS[1] + after)
-
-
-HEADS = ("runs", "silent [%]", "gross [%]", "detected [%]", "delay [s]", "worst [s]", "end ratio", "≤ 2 [%]", "bars")
-
-
-def table(rows, title):
-    yield f"| {title} | " + " | ".join(HEADS) + " |"
-    yield "|---" + "|--:" * (len(HEADS) - 1) + "|---|"
-    for row in rows:
-        yield f"| {row.kind} | " + " | ".join(row.cells()) + " |"
+    DOCUMENT.write_text(before + MARKS[0] + measured + "\n" + MARKS[1] + after)
 
 
 def summary(rows):
@@ -242,18 +228,14 @@ def main():
             print(f"{one['scenario']}, seed {one['seed']}, camera {'on' if one['camera'] else 'off'}: {one['kind']} "
                   f"at {one['begin']:.2f} s: silent for {silence(one):.2f} s, first at "
                   f"{one['first_gross' if one['camera'] else 'first_silent']} s", file=sys.stderr)
-    print(f"Integrity, {common.BEGUN:%F}: {given.seeds} drives of each of {len(scenarios)} scenarios.\n")
-    for camera in (False, True):
-        these = [row for row in rows if row.camera == camera]
-        if these:
-            print("\n".join(table(these, f"camera {'on' if camera else 'off'}")), "\n")
-    print("\n".join(summary(rows)), "\n")
+    measured = "\n".join(documented(rows, given.seeds, scenarios))
+    missed = [row.verdict() for row in rows if row.missed]
+    print("\n".join([measured, *missed, *summary(rows)]), "\n")
     if given.json:
         given.json.write_text("[\n" + ",\n".join(json.dumps(one) for one in runs) + "\n]\n")
     if given.write:
-        write_document(rows, given)
-    missed = sum(bool(row.missed) for row in rows)
-    return common.last_words(f"{len(rows) - missed} kinds met, {missed} missed", missed)
+        write_document(measured)
+    return common.last_words(f"{len(rows) - len(missed)} kinds met, {len(missed)} missed", missed)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,25 @@
-"""kill.py BIN KILLS: the work of kill.sh, which says what it asserts."""
+#!/usr/bin/env python3
+"""Kills odomd with SIGKILL after 20 to 70 ms of a drive, again and again, while three readers follow the pose.
+
+Readers must see only whole poses: on the grid of their instance, with ticks that rise, finite, with variances that are
+not negative. Each reader must attach to every successor or a later one. Every successor must resume from its
+predecessor's pose if that is younger than 2 s.
+"""
 
 import math
 import multiprocessing
 import os
-import pathlib
 import random
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 
-import odom
+import common
+
+os.environ["ODOM_LIBRARY"] = str(common.ROOT / "build/release/lib/libodom.so.0")
+sys.path.insert(0, str(common.ROOT / "python"))
+import odom  # noqa: E402
 
 READERS = 3
 WAIT_S = 10.0
@@ -26,7 +34,7 @@ def what_is_wrong(pose, before, info):
         return "its tick fell"
     numbers = [*pose.covariance, pose.x, pose.y, pose.yaw, pose.vx, pose.vy, pose.yaw_rate]
     if not all(math.isfinite(n) for n in numbers):
-        return "a number is none"
+        return "a number is not finite"
     if min(pose.covariance[0], pose.covariance[3], pose.covariance[5]) < 0.0:
         return "a variance is below zero"
     return ""
@@ -54,12 +62,16 @@ def follow(segment, stop, answers):
     answers.put((poses, len(instances), trouble and f"{trouble}: {pose}"))
 
 
-def start(binaries, directory, log):
-    with open(log, "ab") as errors:
-        return subprocess.Popen(
+def start(binaries, directory, frames):
+    """odomd, which gets these frames from standard input."""
+    with open(directory / "odomd.log", "ab") as errors:
+        daemon = subprocess.Popen(
             [binaries / "odomd", "--config", directory / "drive/car.toml", "--can", "-",
              "--runtime-directory", directory],
             stdin=subprocess.PIPE, stderr=errors)
+    daemon.stdin.write(frames)
+    daemon.stdin.flush()
+    return daemon
 
 
 def first_pose_after(client, instance):
@@ -80,24 +92,16 @@ def first_pose_after(client, instance):
 
 
 def main():
-    binaries, kills = pathlib.Path(sys.argv[1]), int(sys.argv[2])
-    begin = time.monotonic()
+    made = common.parser(__doc__, jobs=False, programs=("odom", "odomd"))
+    made.add_argument("--kills", type=int, default=10000, metavar="N", help="default: 10000")
+    given = common.parse(made)
+    kills = given.kills
     resumed = late = 0
     trouble = ""
-    with tempfile.TemporaryDirectory() as name:
-        directory = pathlib.Path(name)
-        log = directory / "odomd.log"
-        subprocess.run([binaries / "odom", "sim", "--duration", "5", "--standstill", "0", "--out",
-                        directory / "drive"], check=True, stdout=subprocess.DEVNULL)
-        text = (directory / "drive/drive.log").read_bytes()[:60000].rpartition(b"\n")[0] + b"\n"
-
-        def run():
-            daemon = start(binaries, directory, log)
-            daemon.stdin.write(text)
-            daemon.stdin.flush()
-            return daemon
-
-        daemon = run()
+    with common.scratch() as directory:
+        common.run(given.odom, "sim", "--duration", 5, "--standstill", 0, "--out", directory / "drive")
+        frames = (directory / "drive/drive.log").read_bytes()[:60000].rpartition(b"\n")[0] + b"\n"
+        daemon = start(given.bin, directory, frames)
         stop, answers = multiprocessing.Event(), multiprocessing.Queue()
         while not os.path.exists(directory / "pose"):
             time.sleep(0.001)
@@ -119,10 +123,10 @@ def main():
                 daemon.send_signal(signal.SIGKILL)
                 daemon.wait()
                 daemon.stdin.close()
-                daemon = run()
+                daemon = start(given.bin, directory, frames)
                 pose, info = first_pose_after(client, info.instance_id)
                 if pose is None:
-                    trouble = f"no successor publishes: {log.read_text()[-500:]}"
+                    trouble = f"no successor publishes: {(directory / 'odomd.log').read_text()[-500:]}"
                     break
                 goes_on = pose.conditions & odom.Conditions.RESTARTED
                 if not goes_on and pose.time_ns - last.time_ns > RESUMES_WITHIN_NS:
@@ -143,12 +147,11 @@ def main():
         trouble = trouble or f"{late} successors were later than 2 s"
     if min(instances for _, instances, _ in seen) < resumed // 2:
         trouble = trouble or f"a reader stayed behind: {seen}"
-    print(f"{time.strftime('%F', time.gmtime())} kill: {'FAILED: ' + trouble if trouble else ''}"
-          f"{resumed} of {kills} kills resumed, {late} later than 2 s; {sum(p for p, _, _ in seen)} poses read, whole, "
-          f"of {min(i for _, i, _ in seen)} to {max(i for _, i, _ in seen)} instances; "
-          f"{time.monotonic() - begin:.0f} s")
-    sys.exit(1 if trouble else 0)
+    return common.last_words(
+        f"{'FAILED: ' + trouble + '; ' if trouble else ''}{resumed} of {kills} kills resumed, {late} later than 2 s; "
+        f"{sum(p for p, _, _ in seen)} poses read, whole, of {min(i for _, i, _ in seen)} to "
+        f"{max(i for _, i, _ in seen)} instances", trouble)
 
 
 if __name__ == "__main__":
-    main()
+    common.main(main)

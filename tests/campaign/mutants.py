@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The power of the unit tests: how many small changes of the code (mutants) an area's own tests find.
+"""Measures the power of the unit tests: how many small changes of the code (mutants) an area's own tests find.
 
-All mutants are built at once, into a copy of the tree in build/mutants; ODOMD_MUTANT says which one is on. An area's
+All mutants are built at once, into a copy of the tree in build/mutants; ODOMD_MUTANT selects the active one. An area's
 tests are those in the mirror of its folder. A crash and a timeout count as killed. No test can find a mutant that is
 equivalent to the original, so that a rate of 100 % is out of reach.
 """
@@ -47,7 +47,7 @@ def own_tests(area, program):
 
 
 def run(program, tests, mutant, limit):
-    """The seconds that the tests take, or None if one fails or they take longer than the limit."""
+    """The duration of the tests [s]; None if one fails or if they take longer than the limit."""
     begun = time.monotonic()
     with tempfile.TemporaryDirectory() as scratch:
         process = subprocess.Popen(

@@ -79,8 +79,8 @@ inline std::vector<FaultCase> fault_cases(const Drive& drive, double begin_s) {
   return cases;
 }
 
-/// The first tick of the first 0.3 s in which the source's error exceeds `visible` all the time
-/// while the car moves: the fault is observable then.
+/// When the fault becomes observable: the first tick of the first 0.3 s during which the car moves
+/// and the source's error exceeds `visible` all the time.
 inline std::optional<std::int64_t> shown_at(const Drive& drive, const FaultCase& one) {
   constexpr std::int64_t long_enough_ns = 300'000'000;
   constexpr double slow = 0.3;  // [m/s]

@@ -1,5 +1,5 @@
-"""The control loops of README.md, docs/shm.md and libodom(3): they compile, and they steer only by a fresh pose whose
-mode and sigma they have checked. Each runs on a stand-in for libodom that gives it one pose after another.
+"""The control loops of README.md, docs/shm.md and libodom(3): they compile, and they steer only with a fresh pose whose
+mode and sigma they have checked. Each runs on a stand-in for libodom, which supplies one pose after another.
 """
 
 import enum

@@ -3,7 +3,7 @@
 With --options it runs none, but compares commands in the code of pages with their help, and options that stand alone
 with the manual pages: shown_commands.py --options PAGE...
 
-The ```console blocks between the mark <!-- shown: SHOWN --> and the page's next mark are meant. In them each line
+It runs the ```console blocks between the mark <!-- shown: SHOWN --> and the page's next mark. In them each line
 `$ COMMAND`, `USER$ COMMAND` or `root# COMMAND` is run, in order, in one new directory that all may write, and must
 print the lines below it; `...` stands for anything in a line, and alone for any lines. USER is another user of this
 machine, for which the script needs root. Prints `ok NAME` or `not ok NAME: why` for each command; the exit status

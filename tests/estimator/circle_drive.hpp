@@ -168,7 +168,7 @@ inline std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>&
     estimates.push_back(step_to(filter, arrivals, k - 1, k));
   return estimates;
 }
-/// The same, of a filter that starts with them.
+/// The same for a new filter.
 inline std::vector<Estimate> run(const std::vector<Arrival>& arrivals, std::int64_t last) {
   FullFilter filter = started();
   return run(filter, arrivals, last);

@@ -1,4 +1,4 @@
-// Passes simulated samples to a filter, a tick at a time. And comparisons of poses and estimates.
+// Passes simulated samples to a filter, tick by tick; compares poses and estimates.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ inline void expect_same_state(const Estimate& a, const Estimate& b) {
   EXPECT_EQ(state_of(a), state_of(b));
 }
 
-/// Compares the odometry, too, which depends on published velocities and so on the times of
+/// Also compares the odometry, which depends on the published velocities and thus on the times of
 /// arrival.
 inline void expect_same_frames(const Estimate& a, const Estimate& b) {
   expect_same_state(a, b);

@@ -36,7 +36,7 @@ TEST_P(Safety, ResumesWhereThePredecessorWouldBeInBothFrames) {
   EXPECT_TRUE(is_positive_definite(e.covariance));
 }
 
-TEST_P(Safety, DoesNotResumeFromWhatIsNotUsable) {
+TEST_P(Safety, DoesNotResumeFromUnusableEstimates) {
   const Estimate good = slalom_for(GetParam(), 400).last;
   Drive drive = start(GetParam(), {}, std::nullopt);
   using Change = void (*)(Estimate&);
@@ -65,7 +65,7 @@ TEST_P(Safety, DoesNotResumeFromWhatIsNotUsable) {
   EXPECT_TRUE(is_positive_definite(drive.tick({.speed = 1.0}).covariance));
 }
 
-TEST_P(Safety, TakesNothingFromTheHeap) {
+TEST_P(Safety, DoesNotAllocate) {
   Drive drive = slalom_for(GetParam(), 300);
   const std::size_t before = allocation_count();
   for (int i = 300; i < 900; ++i) {

@@ -17,7 +17,7 @@ using testing::millisecond;
 INSTANTIATE_TEST_SUITE_P(, EveryModel, every_model, name_of_model);
 
 TEST_P(EveryModel, IsInitialisedByAPoseAndAWheelSpeed) {
-  // A camera does not initialise without leave.
+  // A camera does not initialise unless the settings allow it.
   Drive no_pose = start(GetParam(), {}, std::nullopt);
   no_pose.ticks(50, {.speed = 1.0, .steering = 0.1});
   (void)no_pose.see({1.0, 2.0, 0.5}, 0.01, 0.01);
@@ -48,7 +48,7 @@ TEST_P(EveryModel, PoseSetLateStartsThereAndIsKeptWhenOlderSamplesArrive) {
   }
 }
 
-TEST_P(EveryModel, NonFiniteInitialPoseIsNotTaken) {
+TEST_P(EveryModel, NonFiniteInitialPoseIsIgnored) {
   Drive drive = start(GetParam(), {}, Pose2{std::nan(""), 0.0, 0.0});
   EXPECT_FALSE(drive.ticks(10, {.speed = 1.0}).initialised);
 }
@@ -79,7 +79,7 @@ TEST_P(EveryModel, GivesTheSameBitsForTheSameInputsAndAsACopy) {
   expect_same_bits(slalom_for(GetParam(), 2000).last, drive.last);
 }
 
-TEST_P(EveryModel, MicrosecondOfShiftMovesNothing) {
+TEST_P(EveryModel, AShiftOfAMicrosecondHasNoEffect) {
   Drive on_time = start(GetParam());
   Drive shifted = start(GetParam());
   for (int i = 0; i < 2000; ++i) {
@@ -95,7 +95,7 @@ TEST_P(EveryModel, MicrosecondOfShiftMovesNothing) {
   EXPECT_THAT(on_time.last.map, testing::PoseNear(shifted.last.map, 1e-4));
 }
 
-TEST_P(EveryModel, SkippedTicksAreMadeUpForWithTheInputsHeld) {
+TEST_P(EveryModel, SkippedTicksAreSteppedThroughWithHeldInputs) {
   const Samples steady{.speed = 1.0, .steering = 0.1, .yaw_rate = 0.38, .accel_x = 0.0};
   Drive whole = start(GetParam());
   whole.ticks(100, steady);
@@ -113,7 +113,7 @@ TEST_P(EveryModel, SkippedTicksAreMadeUpForWithTheInputsHeld) {
   expect_same_bits(made_up, e);
 }
 
-TEST_P(EveryModel, MakesUpForASecondAtMostAndOwnsToTheRest) {
+TEST_P(EveryModel, StepsThroughAtMostASecondAndGrowsTheCovarianceBeyond) {
   const Samples straight{.speed = 1.0, .steering = 0.0, .yaw_rate = 0.0, .accel_x = 0.0};
   Drive drive = start(GetParam());
   const Estimate before = drive.ticks(400, straight);

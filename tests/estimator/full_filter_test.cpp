@@ -264,7 +264,7 @@ TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
   EXPECT_EQ(resumed.valid, every);
 }
 
-TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
+TEST(Begin, ResumesDuringADrive) {
   const Estimate predecessor = run(drive_on_a_circle(500 * millisecond), 100).back();
   FullFilter filter = started();
   const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
@@ -277,7 +277,7 @@ TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
   EXPECT_LT(std::sqrt(e.covariance[0]), 0.05);
 }
 
-TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
+TEST(Begin, IgnoresInvalidCalibrationsOfItsPredecessor) {
   Estimate predecessor = run(drive_on_a_circle(500 * millisecond), 100).back();
   predecessor.calibration.value.fill(std::nan(""));
   predecessor.calibration.sigma = {0.001, 0.0, -1.0, 1e9, std::nan(""), 0.001, 0.0};
@@ -288,7 +288,7 @@ TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
   EXPECT_EQ(e.calibration.valid, 0U);
 }
 
-TEST(Begin, ItsBytesAreAllThereIs) {
+TEST(Begin, ItsBytesAreItsWholeState) {
   // A recording stores the filter's bytes, and a replay resumes from them.
   const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
   FullFilter filter = started();

@@ -14,7 +14,7 @@ using estimator::testing::drive_on_a_circle;
 using estimator::testing::on_circle;
 using estimator::testing::run;
 
-TEST(HonestStart, GarbageInTheFirstSamplesMovesNoCarThatStands) {
+TEST(HonestStart, GarbageInTheFirstSamplesDoesNotMoveAStandingCar) {
   for (const Source source : {Source::wheel_front_left, Source::wheel_rear_right, Source::yaw_rate,
                               Source::accel_x, Source::steering}) {
     for (const double value : {-20.0, 0.5, 20.0, 140.0}) {
@@ -38,7 +38,7 @@ TEST(HonestStart, GarbageInTheFirstSamplesMovesNoCarThatStands) {
   }
 }
 
-TEST(HonestStart, TheFirstReadingAfterAGapTurnsNoCar) {
+TEST(HonestStart, TheFirstReadingAfterAGapDoesNotTurnTheCar) {
   for (const double gap_s : {0.1, 0.3, 0.9, 1.2}) {
     for (const double garbage : {-30.0, 2.0, 5.0, 30.0}) {
       for (const bool known : {true, false}) {  // false: it is the first reading of all
@@ -65,8 +65,7 @@ TEST(HonestStart, ASlowGyroIsUsed) {
   EXPECT_EQ(car.state.reading(Source::yaw_rate).fused_ns, car.state.time_ns);
 }
 
-/// A reversal, or a departure before the wheels turn: the gyro measures `turn` while the wheels
-/// read 0.
+// In a reversal, or before the wheels turn, the gyro measures `turn` while the wheels read 0.
 TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
   for (const double turn : {-1.0, 0.1, 0.3, 1.5}) {
     for (const double halt_s : {0.1, 0.3, 0.5}) {
@@ -78,7 +77,7 @@ TEST(HonestStart, AShortHaltDoesNotRewriteTheBias) {
   }
 }
 
-TEST(HonestStart, ADepartureIsNoBias) {
+TEST(HonestStart, ADepartureIsNotABias) {
   // Late wheels still read 0 while the car turns.
   for (const double late_s : {0.1, 0.2}) {
     Car car = car_at_rest(1.5);
@@ -138,7 +137,7 @@ TEST(HonestStart, TwoPosesThatAgreeLocateTheCar) {
   EXPECT_EQ(state.disputed.head<2>().squaredNorm(), 0.0);
 }
 
-TEST(HonestStart, PosesOfOneInstantAreSeveralLooks) {
+TEST(HonestStart, SimultaneousPosesAreAllUsed) {
   const double one = std::get<0>(after_looks(1, 0, 1.0));
   for (const int looks : {2, 3, 5}) {
     for (const std::int64_t apart : {std::int64_t{0}, std::int64_t{1'000}, millisecond / 2}) {
@@ -149,7 +148,7 @@ TEST(HonestStart, PosesOfOneInstantAreSeveralLooks) {
   }
 }
 
-TEST(HonestStart, ACameraThatIsNoBetterThanItsScatterIsUsedForThat) {
+TEST(HonestStart, ACameraIsWeightedByItsScatter) {
   for (const double stated : {1.0 / 30.0, 1.0 / 80.0, 1.0 / 1000.0}) {
     const auto [error, doubtful] = after_looks(1, 0, stated);
     EXPECT_LT(error, 0.012) << stated;

@@ -105,14 +105,14 @@ constexpr std::size_t gyro_latency = 7;
 constexpr std::size_t wheel_latency = 8;
 constexpr std::size_t steering_latency = 9;
 
-TEST(LastingErrors, ACarWithoutThemIsHonest) {
+TEST(LastingErrors, WithoutThemTheCovarianceIsConsistent) {
   const Outcome outcome = drive({}, 1);
   EXPECT_LT(outcome.off, 0.006);
   EXPECT_GT(outcome.nees, 0.5);
   EXPECT_LT(outcome.nees, 6.0);
 }
 
-TEST(LastingErrors, SensorsLaterThanConfiguredArePutBackInTime) {
+TEST(LastingErrors, LatenciesBeyondTheConfiguredAreLearnt) {
   struct Late {
     Errors errors;
     std::size_t calibration;
@@ -134,7 +134,7 @@ TEST(LastingErrors, SensorsLaterThanConfiguredArePutBackInTime) {
   }
 }
 
-TEST(LastingErrors, SteeringLaterThanConfiguredHarmsNothing) {
+TEST(LastingErrors, ALateSteeringDoesNoHarm) {
   const Outcome outcome = drive({.steering_latency_s = 0.05}, 4);
   EXPECT_LT(outcome.calibration.sigma[steering_latency], 0.02);
   EXPECT_LT(outcome.off, 0.006);

@@ -41,7 +41,7 @@ TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndRes
   }
 }
 
-TEST(OrderOfArrival, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
+TEST(OrderOfArrival, OrderWithinATickDoesNotChangeEitherFrame) {
   const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
   const std::vector<Estimate> expected = run(in_order, 200);
   std::mt19937 random(12);
@@ -55,7 +55,7 @@ TEST(OrderOfArrival, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
   }
 }
 
-TEST(OrderOfArrival, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
+TEST(OrderOfArrival, TheSameOfTwoDuplicatesCountsInAnyOrder) {
   const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
   const std::int64_t taken = start_ns + 390 * millisecond + 1;
   const Measurement one{Source::yaw_rate, taken, 1.02, 0.005};

@@ -47,7 +47,8 @@ class Car {
     ASSERT_TRUE(has_covariances(state));
   }
 
-  /// Resets the counts, then drives for `seconds` with the values at each time since now [s].
+  /// Resets the counts, then drives for `seconds`; `values_at(t)` gives the values t seconds from
+  /// now.
   template <std::invocable<double> ValuesAt>
   void drive(double seconds, const ValuesAt& values_at) {
     fused.clear();
@@ -102,7 +103,7 @@ inline Car car_at_rest(double seconds = 3.0) {
   return car;
 }
 
-/// The signals on a circle to the left, on a road that grips.
+/// The signals on a circle to the left, without slip.
 inline SensorValues bend_at(double speed, double yaw_rate) {
   const Vehicle car;
   const double half = 0.5 * car.track_width * yaw_rate;

@@ -61,7 +61,7 @@ inline std::unique_ptr<daemon::Pipeline> pipeline_of(const daemon::Config& confi
   return std::make_unique<daemon::Pipeline>(config, databases, buses, camera_expected);
 }
 
-/// A clock whose real time is that of the year 2025.
+/// A clock whose real time is in the year 2025.
 inline WallClock wall_clock() {
   WallClock wall;
   wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
@@ -75,9 +75,10 @@ inline void check(const daemon::TickRecord& record, std::int64_t tick_ns) {
         pose.yaw_rate, pose.vx_dot, pose.vy_dot, pose.yaw_accel, pose.accel_x, pose.accel_y,
         pose.steering, pose.jump_x, pose.jump_y, pose.jump_yaw})
     require(std::isfinite(value), "the pose is finite");
-  for (const double value : pose.covariance) require(std::isfinite(value), "so is its covariance");
+  for (const double value : pose.covariance)
+    require(std::isfinite(value), "its covariance is finite");
   for (const double value : record.details.velocity_covariance)
-    require(std::isfinite(value), "so is that of the velocities");
+    require(std::isfinite(value), "the covariance of the velocities is finite");
   require(pose.covariance[0] >= 0.0 && pose.covariance[3] >= 0.0 && pose.covariance[5] >= 0.0,
           "no variance is negative");
   require(pose.time_ns == tick_ns, "the pose is of its tick");

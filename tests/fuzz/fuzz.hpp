@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -68,5 +69,17 @@ class MemoryFile {
  private:
   int descriptor_;
 };
+
+/// Lets `read` read the input as a file, by its path. It may fail with an error of one line.
+template <typename Error = std::invalid_argument, typename Read>
+int read_file(const std::uint8_t* data, std::size_t size, const Read& read) {
+  const MemoryFile file(data, size);
+  try {
+    read(file.path());
+  } catch (const Error& error) {
+    require_one_line(error.what());
+  }
+  return 0;
+}
 
 }  // namespace odomd::fuzz

@@ -1,5 +1,5 @@
-// Any actions of cameras and a recorder on their sockets, in any order: no more poses and warnings
-// than messages were sent, none without a message, and the recorder gets complete messages.
+// Cameras and a recorder act on their sockets arbitrarily. There must be no more poses and warnings
+// together than messages sent, and the recorder must get only complete messages.
 //
 // The input consists of commands of one byte: a camera connects (0), disconnects (1), sends raw
 // bytes (2: one byte for their number, then the bytes), or sends a message with correct magic and
@@ -31,7 +31,7 @@ const Scratch& directory() {
   return made;
 }
 
-/// Reads a number, and as many bytes, or all that the input still has.
+/// Reads a number, and that many bytes, or fewer at the end of the input.
 std::vector<std::uint8_t> some_bytes(Input& input) {
   std::vector<std::uint8_t> bytes;
   for (std::size_t left = input.take<std::uint8_t>(); left > 0 && !input.empty(); --left)

@@ -106,8 +106,8 @@ def shift_change(odom, model, folder, poses, shifted):
 
 
 def measure(odom, course, models, folder, scratch):
-    """A drive's results: by view and model, those of odom evaluate; by model, those of the replay, if there are two the
-    one with the camera; and, if the course asks for it, the effect of the shift of the stamps on the last model."""
+    """Returns a drive's results: "views" has those of odom evaluate by view and model; "replay" those of the replay by
+    model (with the camera, if there are two); "shift", if the course asks for it, the effect on the last model."""
     judged = models[-1]
     result = {"replay": {}, "views": {}}
     for camera in (False, True):

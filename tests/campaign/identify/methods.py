@@ -45,7 +45,7 @@ def remove_drive(folder):
 
 
 def mass(odom, work, seed):
-    """On a kitchen scale whose gain is not exact."""
+    """Weighs the car on a kitchen scale whose gain is not exact."""
     folder = work / str(seed)
     truth = simulate(odom, folder, seed, "weighing")["experiment"]["mass"]
     measured = json.loads((folder / "measured.json").read_text())
@@ -56,7 +56,7 @@ def mass(odom, work, seed):
 
 
 def cog(odom, work, seed):
-    """With a tape measure and a car that is never quite level."""
+    """Measures with a tape; the car is never quite level."""
     folder = work / str(seed)
     truth = simulate(odom, folder, seed, "weighing")["experiment"]
     found = findings(odom, "cog", "--measured", folder / "measured.json")
@@ -65,7 +65,7 @@ def cog(odom, work, seed):
 
 
 def inertia(odom, work, seed):
-    """On a rigid body in space on two springy cords: with its gyro, and with a stop-watch. The car is weighed first."""
+    """Weighs the car, then swings it as a rigid body on two elastic cords: with its gyro, and with a stop-watch."""
     scale, swing = work / f"scale{seed}", work / str(seed)
     simulate(odom, scale, seed, "weighing")
     truth = simulate(odom, swing, seed, "swing")["experiment"]["yaw_inertia"]
@@ -82,13 +82,13 @@ def quantised(sigma, step):
 
 
 def noises(truth):
-    """Of gyro and accelerometers, with the resolutions in odomd.dbc."""
+    """The noise of gyro and accelerometers, with the resolutions in odomd.dbc."""
     accel = quantised(truth["accel_noise"], 0.0025)
     return {"yaw_rate": quantised(truth["gyro_noise"], 0.0002), "accel_x": accel, "accel_y": accel}
 
 
 def standing_noise(odom, work, seed):
-    """Of a car that stands for ten minutes."""
+    """Measures the noise of a car that stands for ten minutes."""
     folder = work / f"standing-{seed}"
     truth = simulate(odom, folder, seed, "--standstill", 600, "--duration", 600)["truth"]
     found = findings(odom, "noise", "--config", folder / "car.toml", "--can", folder / "drive.log")
@@ -108,9 +108,9 @@ def standing_noise(odom, work, seed):
 
 
 def measure_for_stiffness(seed, folder):
-    """What a person would know: mass to 5 g, axles to 0.5 mm, the markers' places to 1 mm (drawn by the simulator).
+    """Writes into car.toml what a person would know: mass to 5 g, axles to 0.5 mm; the markers' places to 1 mm.
 
-    Writes it into car.toml; returns the truth (the slope of the plant's tyres at zero slip under static load), and the
+    Returns the truth (the slope of the plant's tyres at zero slip under static load), and the
     method's other options."""
     plant = measure_car(seed, folder)
     options = ["--config", folder / "car.toml", "--sigma-marker", 0.001]
@@ -119,7 +119,7 @@ def measure_for_stiffness(seed, folder):
 
 
 def stiffness(odom, work, seed):
-    """Of circles filmed from above. The film lies somewhere in the log, with half a pixel of noise and its own clock."""
+    """Films circles from above. The film starts somewhere in the log, with half a pixel of noise and its own clock."""
     folder = work / str(seed)
     plant = simulate(odom, folder, seed, "--scenario", "circles", "--markers")
     truth, options = measure_for_stiffness(seed, folder)
@@ -151,7 +151,7 @@ def track(odom, work, seed):
 
 
 def misconfigure(config, seed):
-    """Gives the signals of each message an age of 0 to 20 ms."""
+    """Configures a random latency of 0 to 20 ms for the signals of each message."""
     chance = random.Random(seed)
     text = re.sub(r", latency = [^ ]*", "", config.read_text())
     for roles in ("yaw_rate|accel_x|accel_y", "steering", "wheel_front_left|wheel_front_right",
@@ -189,9 +189,9 @@ def latency_of(drive, rows_end, bar):
 
 
 def fit(odom, work, seed):
-    """On the drive that its help describes, from what a person would know: mass to 5 g, axles to 0.5 mm; stiffnesses,
-    inertia and sensors as configured. The true yaw inertia is that of all that turns with the car: the body's, and
-    I (t / 2 r)^2 for the spin of each wheel and motor, which a pendulum does not show."""
+    """Fits the drive that its help describes, starting from what a person would know: mass to 5 g, axles to 0.5 mm;
+    stiffnesses, inertia and sensors as configured. The true yaw inertia includes everything that turns with the car:
+    the body, and I (t / 2 r)^2 for the spin of each wheel and motor, which a pendulum does not show."""
     folder = work / str(seed)
     simulate(odom, folder, seed, "--scenario", "exercise")
     truth = measure_car(seed, folder)["truth"]

@@ -37,7 +37,7 @@ class Mutant:
         return f"{self.file} | {self.before} | {self.after}"
 
     def cuts(self, other: "Mutant") -> bool:
-        """Whether their places overlap but are not the same."""
+        """Whether the places of the two mutants overlap without being equal."""
         return self.file == other.file and (self.begin, self.end) != (other.begin, other.end) and (
             self.begin < other.end and other.begin < self.end)
 

@@ -1,6 +1,6 @@
-// Dead reckoning: by the kinematic bicycle, from steering and wheels, and by gyro, wheels and the
-// slip of a steady turn. Geometry, forces, Jacobians against automatic differentiation, and the
-// filters.
+// Dead reckoning with the kinematic bicycle (steering and wheels) and with the slip odometer (gyro,
+// wheels, slip of a steady turn): geometry, forces, Jacobians compared with automatic
+// differentiation, and the filters.
 #include "estimator/baselines/motion.hpp"
 
 #include <tuple>
@@ -20,8 +20,8 @@ DeadReckoning inertial(double v_x, double yaw_rate) {
   return reckon(Model::inertial, car, v_x, yaw_rate);
 }
 
-TEST(Kinematic, VelocityAndJacobianAreThoseOfTheModel) {
-  // The model again, for automatic differentiation.
+TEST(Kinematic, VelocityAndJacobianMatchTheModel) {
+  // The same model, for automatic differentiation.
   const auto velocity = [](double lever, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
     const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
     return Eigen::Matrix<Dual<2>, 3, 1>{input[0], lever * yaw_rate, yaw_rate};
@@ -43,7 +43,7 @@ TEST(Kinematic, VelocityAndJacobianAreThoseOfTheModel) {
   }
 }
 
-TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
+TEST(Inertial, RearAxleCarriesItsShareOfTheLateralForceInASteadyTurn) {
   for (const double v_x : {2.0, -2.0}) {
     for (const double yaw_rate : {0.7, -0.7}) {
       const BodyVelocity v = inertial(v_x, yaw_rate).velocity;
@@ -57,7 +57,7 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
   }
 }
 
-TEST(Inertial, JacobianIsThatOfTheVelocity) {
+TEST(Inertial, JacobianMatchesDifferencesOfTheVelocity) {
   constexpr double step = 1e-6;
   const auto v_y = [](double v_x, double yaw_rate) { return inertial(v_x, yaw_rate).velocity.v_y; };
   for (const double v : {-2.0, 0.4, 3.0}) {
@@ -73,13 +73,6 @@ TEST(Inertial, JacobianIsThatOfTheVelocity) {
 
 // The filters
 // --------------------------------------------------------------------------------------
-
-TEST(KinematicFilter, DrivesStraightWithoutASteering) {
-  Drive drive = start(Model::kinematic);
-  const Pose2 map = drive.ticks(201, {.speed = 1.5}).map;
-  EXPECT_NEAR(map.x, 1.5, 1e-12);
-  EXPECT_THAT((std::array{map.y, map.yaw}), ::testing::Each(0.0));
-}
 
 TEST(DeadReckoningFilter, CentreOfGravityDrivesItsCircle) {
   // On a circle the slip of the default car's rear tyres takes
@@ -101,7 +94,7 @@ TEST(DeadReckoningFilter, CentreOfGravityDrivesItsCircle) {
     const double v_x = *samples.speed;
     Drive drive = start(model);
     drive.tick(samples);
-    // The centre lies abeam of the velocity: at (-v_y, v_x) / ψ̇.
+    // The centre is perpendicular to the velocity: at (-v_y, v_x) / ψ̇.
     for (int i = 0; i < 1000; ++i) {
       const Pose2 map = drive.tick(samples).map;
       EXPECT_NEAR(drive.last.v_y, v_y, 1e-15);
@@ -161,7 +154,7 @@ TEST(InertialFilter, HeadingIsTheIntegralOfTheGyroWhateverTheSteering) {
   EXPECT_NEAR(drive.last.map.yaw, heading, 1e-12);
 }
 
-TEST(InertialFilter, FrontWheelsAreTakenToTheRearAxle) {
+TEST(InertialFilter, FrontWheelSpeedIsReferredToTheRearAxle) {
   const double yaw_rate = 0.6;
   const double delta = 0.2;
   Drive drive = start(Model::inertial);
@@ -173,7 +166,7 @@ TEST(InertialFilter, FrontWheelsAreTakenToTheRearAxle) {
   EXPECT_NEAR(drive.last.v_x, 1.0, 1e-12);
 }
 
-TEST(DeadReckoningFilter, UsesTheSourcesOfItsModelAlone) {
+TEST(DeadReckoningFilter, UsesOnlyTheSourcesOfItsModel) {
   for (const auto& [model, used, ignored] :
        {std::tuple{Model::kinematic, Source::steering, Source::yaw_rate},
         {Model::kinematic, Source::wheel_rear, Source::accel_y},
@@ -233,7 +226,7 @@ Estimate turns(const FilterSettings& settings, double bias, double gyro_scale, d
   return drive.last;
 }
 
-TEST(InertialFilter, CovarianceHasWhatLastingErrorsDoToThePose) {
+TEST(InertialFilter, CovarianceIncludesTheEffectOfLastingErrors) {
   constexpr double small = 1e-5;
   const Estimate base = turns(calibrated(), 0.0, 0.0, 0.0);
   for (const std::size_t error : {0U, 1U, 2U}) {
@@ -258,7 +251,7 @@ TEST(InertialFilter, CovarianceHasWhatLastingErrorsDoToThePose) {
   }
 }
 
-TEST(InertialFilter, CameraEndsWhatLastingErrorsHaveDone) {
+TEST(InertialFilter, CameraRemovesTheEffectOfLastingErrors) {
   Drive drive = start(Model::inertial);
   drive.ticks(4000, {.speed = 1.0, .yaw_rate = 0.5});
   EXPECT_GT(drive.last.covariance[5], 0.3);
@@ -288,7 +281,7 @@ TEST(InertialFilter, AveragesTheGyroAtRest) {
   EXPECT_NEAR(e.covariance[5] - rest.covariance[5], expected, 0.1 * expected);
 }
 
-TEST(InertialFilter, StretchAtRestCountsByItsLength) {
+TEST(InertialFilter, RestIsWeightedByItsDuration) {
   const auto after_rest_of = [](int ticks, double reading) {
     Drive drive = start(Model::inertial);
     drive.ticks(2000, {.speed = 0.0, .yaw_rate = 0.0});

@@ -24,7 +24,7 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialises) {
   EXPECT_THAT(anchor_.odom(), PoseNear(moved(map, velocity, 0.14), 1e-9));
 }
 
-TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesThoughTakenBeforeTheHistory) {
+TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesEvenIfOlderThanTheHistory) {
   begin_from_camera();
   drive(4);
   const Pose2 map{5.0, 6.0, 2.0};
@@ -40,7 +40,7 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesThoughTakenBeforeTheHistory) {
   EXPECT_EQ(anchor_.reset_count(), 2U);
 }
 
-TEST_F(PoseAnchorTest, NewestCameraPoseBeforeTheHistoryIsWhereItBegins) {
+TEST_F(PoseAnchorTest, StartsAtTheNewestCameraPoseBeforeTheFirstTick) {
   begin_from_camera();
   EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 150 * millisecond)), Verdict::fused);
   EXPECT_TRUE(anchor_.initialised());
@@ -61,7 +61,7 @@ TEST_F(PoseAnchorTest, CameraPoseFromBeforeARestartDoesNotMoveIt) {
   EXPECT_THAT(anchor_.map(), PoseNear(map, 1e-12));
 }
 
-TEST_F(PoseAnchorTest, CameraDoesNotInitialiseUnlessItMay) {
+TEST_F(PoseAnchorTest, CameraDoesNotInitialiseUnlessAllowed) {
   anchor_ = PoseAnchor{FilterSettings{}};
   drive(100);
   EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::source_off);

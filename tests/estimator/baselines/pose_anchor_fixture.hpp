@@ -17,9 +17,9 @@ class PoseAnchorTest : public ::testing::Test {
 
   void SetUp() override { begin(); }
 
-  void begin(const FilterSettings& settings = {}, const Pose2& pose = {}) {
+  void begin(const FilterSettings& settings = {}) {
     anchor_ = PoseAnchor{settings};
-    anchor_.set_pose(pose);
+    anchor_.set_pose({});
     now_ = start_ns;
   }
   void begin_from_camera() {
@@ -50,7 +50,7 @@ class PoseAnchorTest : public ::testing::Test {
     return {now_ - latency_ns, now_, map.x, map.y, map.yaw, sigma, sigma, sigma};
   }
 
-  /// The same, of a car whose odometry frame lies at `anchor` in the map.
+  /// The same for a car whose odometry frame lies at `anchor` in the map.
   [[nodiscard]] CameraPose seen_at(const Pose2& anchor, std::int64_t latency_ns,
                                    double sigma = 0.01) const {
     return seen(compose(anchor, odom_at(now_ - latency_ns)), latency_ns, sigma);

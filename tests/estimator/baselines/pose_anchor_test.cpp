@@ -7,15 +7,7 @@
 namespace odomd::estimator::testing::pose_anchor_test {
 namespace {
 
-TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
-  begin({}, {1.0, 2.0, 0.5});
-  drive(100);
-  EXPECT_THAT(anchor_.map(), PoseNear(anchor_.odom(), 0.0));
-  EXPECT_EQ(anchor_.reset_count(), 1U);
-  EXPECT_EQ(anchor_.last_jump().x, 0.0);
-}
-
-TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
+TEST_F(PoseAnchorTest, LatePoseReAnchorsAtItsCaptureTime) {
   // The true map frame is elsewhere; the pose is from between two ticks, or after the last one.
   const Pose2 true_anchor{0.02, -0.03, 0.01};
   for (const std::int64_t latency : {std::int64_t{41'300'000}, -2 * millisecond}) {
@@ -32,7 +24,7 @@ TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
   }
 }
 
-TEST_F(PoseAnchorTest, YawStaysContinuousWhateverTurnTheCameraCounts) {
+TEST_F(PoseAnchorTest, YawStaysContinuousThoughTheCameraWraps) {
   drive(2000);  // 20 rad
   const double yaw = anchor_.map().yaw;
   ASSERT_GT(yaw, 19.0);
@@ -42,7 +34,7 @@ TEST_F(PoseAnchorTest, YawStaysContinuousWhateverTurnTheCameraCounts) {
   EXPECT_NEAR(anchor_.map().yaw, yaw + 0.01, 1e-9);
 }
 
-TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
+TEST_F(PoseAnchorTest, CovarianceIsTheCamerasPropagatedSinceCapture) {
   drive(100);
   const double sigma = 0.004;
   ASSERT_EQ(take(seen_at({}, 40 * millisecond, sigma)), Verdict::fused);
@@ -59,12 +51,7 @@ TEST_F(PoseAnchorTest, CovarianceIsTheCamerasGrownSinceTheCapture) {
   EXPECT_LT((unpacked(anchor_.covariance()) - P).cwiseAbs().maxCoeff(), 1e-7 * sigma * sigma);
 }
 
-TEST_F(PoseAnchorTest, CovarianceGrowsOpenLoopAndStaysPositiveDefiniteAndBounded) {
-  const Symmetric3 first = anchor_.covariance();
-  drive(2000);
-  const Symmetric3 later = anchor_.covariance();
-  EXPECT_GT(later[0], first[0]);
-  EXPECT_GT(later[5], first[5]);
+TEST_F(PoseAnchorTest, CovarianceStaysPositiveDefiniteAndBounded) {
   // 1.4 hours.
   for (int i = 0; i < 1000; ++i) {
     drive(1000);
@@ -122,7 +109,7 @@ TEST_F(PoseAnchorTest, OnlyAnUnbrokenRunOfRejectedPosesThatAgreeIsAccepted) {
          const double side = i % 2 == 0 ? 4.0 : -4.0;
          return seen({side, side, 0.0}, late);
        }},
-      {"begins anew 2 m farther ahead at the tenth pose", 2 * most - 1,
+      {"starts again 2 m farther ahead at the tenth pose", 2 * most - 1,
        [&](int i) {
          return seen_at({i < most ? 3.0 : 5.0, -1.0, 1.0}, 0);
        },
@@ -234,7 +221,7 @@ TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
   EXPECT_EQ(take(seen_at({}, oldest)), Verdict::fused);
 }
 
-TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
+TEST_F(PoseAnchorTest, ExtremeSigmasLeaveAPositiveDefiniteCovariance) {
   drive(100);
   EXPECT_EQ(take(seen_at({}, 40 * millisecond, 1e-200)), Verdict::fused);
   drive(10);
@@ -242,7 +229,7 @@ TEST_F(PoseAnchorTest, SillySigmasLeaveAPositiveDefiniteCovariance) {
   EXPECT_TRUE(is_finite(anchor_.covariance()));
 }
 
-TEST_F(PoseAnchorTest, SettingAPoseOnTheWayIsAJump) {
+TEST_F(PoseAnchorTest, SettingAPoseWhileDrivingIsAJump) {
   drive(100);
   const Pose2 before = anchor_.map();
   const Pose2 odom = anchor_.odom();

@@ -44,7 +44,7 @@ TEST(HeldSignals, GivesEverySampleItsVerdictAndHoldsTheNewest) {
   EXPECT_EQ(held[wheel].time_ns, latest);
 }
 
-TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
+TEST(HeldSignals, SigmaComesFromSampleSettingsOrDefault) {
   FilterSettings settings;
   settings.sigma[index_of(Source::motor)] = 0.7;
   HeldSignals held{settings};
@@ -118,7 +118,7 @@ TEST(WheelSpeed, AnyWheelOfACarOnACircleGivesTheSpeedOfItsRearAxle) {
     EXPECT_NEAR(v_x_of(samples, turn), speed, 1e-15) << name;
 }
 
-TEST(WheelSpeed, PrecedenceIsThatOfTheDocumentation) {
+TEST(WheelSpeed, PrecedenceFollowsTheDocumentation) {
   EXPECT_EQ(v_x_of({{wheel_rear_left, 1.0},
                     {wheel_rear_right, 1.0},
                     {wheel_rear, 2.0},
@@ -131,7 +131,7 @@ TEST(WheelSpeed, PrecedenceIsThatOfTheDocumentation) {
   EXPECT_EQ(v_x_of({{motor, 3.0}, {wheel_front_left, 4.0}, {wheel_front_right, 4.0}}), 3.0);
 }
 
-TEST(WheelSpeed, SilentSourceFallsAwayWhileAnotherSpeaks) {
+TEST(WheelSpeed, SilentSourceIsDroppedWhileAnotherReports) {
   const std::int64_t later = second + second / 2;
   EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later}}), 1.0);
   EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later + 1}}), 3.0);

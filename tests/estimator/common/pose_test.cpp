@@ -14,13 +14,13 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-TEST(Pose, WrapsToTheShorterWay) {
+TEST(Pose, WrapsAngles) {
   EXPECT_NEAR(wrap_angle(2.0 * pi + 0.1), 0.1, 1e-15);
   EXPECT_NEAR(wrap_angle(-7.0 * pi - 0.1), pi - 0.1, 1e-14);
   EXPECT_EQ(wrap_angle(-1.0), -1.0);
 }
 
-TEST(Pose, DifferenceTurnsTheShorterWay) {
+TEST(Pose, DifferenceWrapsTheYaw) {
   const std::array<double, 3> nu = difference({1.0, 2.0, 3.0}, {0.5, 3.0, -3.0});
   EXPECT_EQ(nu[0], 0.5);
   EXPECT_EQ(nu[1], -1.0);
@@ -68,18 +68,18 @@ TEST(Symmetric3, RotatedIsTheCongruence) {
   EXPECT_LT((unpacked(rotated(sample, c, s)) - expected).cwiseAbs().maxCoeff(), 1e-15);
 }
 
-TEST(Symmetric3, DisplacementTurnsAHeadingErrorIntoOneOfThePosition) {
+TEST(Symmetric3, DisplacementMapsHeadingErrorToPositionError) {
   EXPECT_EQ(displacement(1.9, 0.7),
             (Eigen::Matrix3d{{1.0, 0.0, -0.7}, {0.0, 1.0, 1.9}, {0.0, 0.0, 1.0}}));
 }
 
-TEST(Symmetric3, MahalanobisIsThatOfTheInverse) {
+TEST(Symmetric3, MahalanobisUsesTheInverse) {
   const Eigen::Vector3d nu{0.4, -1.0, 2.0};
   const double expected = nu.dot(unpacked(sample).inverse() * nu);
   EXPECT_NEAR(mahalanobis_squared(unpacked(sample), {0.4, -1.0, 2.0}), expected, 1e-13);
 }
 
-TEST(Symmetric3, MahalanobisOfNonsenseFailsEveryGate) {
+TEST(Symmetric3, MahalanobisOfInvalidInputFailsEveryGate) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Eigen::Matrix3d indefinite = unpacked({1.0, 2.0, 0.0, 1.0, 0.0, 1.0});
   EXPECT_EQ(mahalanobis_squared(indefinite, {1.0, 0.0, 0.0}), HUGE_VAL);
@@ -99,7 +99,7 @@ TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
   EXPECT_TRUE(is_positive_definite(p));
 }
 
-TEST(Symmetric3, KnowsThePositiveDefinite) {
+TEST(Symmetric3, RecognisesPositiveDefiniteMatrices) {
   EXPECT_TRUE(is_positive_definite(sample));
   EXPECT_FALSE(is_positive_definite(Symmetric3{}));
   EXPECT_FALSE(is_positive_definite(Symmetric3{1.0, 1.0, 0.0, 1.0, 0.0, 1.0}));

@@ -1,4 +1,4 @@
-// Steps between samples: their length, the steering actuator, and a car that stands.
+// Steps between samples: their length, the steering actuator, and a standing car.
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
@@ -6,7 +6,7 @@
 namespace odomd::estimator::full::testing::advance_test {
 namespace {
 
-TEST(Advance, GoesInStepsOfAtMostAPeriod) {
+TEST(Advance, StepsAreAtMostAPeriodLong) {
   Car car = car_after(1.0, straight_at(1.0));
   car.state.mean[at::yaw_rate] = 0.5;
   State whole = car.state;
@@ -32,7 +32,7 @@ std::vector<double> commanded(const SteeringActuator& actuator, int count) {
   return angles;
 }
 
-TEST(Advance, TheFrontWheelsFollowACommandWithItsLagAndNoFasterThanTheyCan) {
+TEST(Advance, TheFrontWheelsFollowACommandWithLagAndRateLimit) {
   EXPECT_EQ(commanded({}, 1).back(), 0.3);
   constexpr double lag_s = 0.1;
   const std::vector<double> lags = commanded({.lag_s = lag_s}, 60);
@@ -58,7 +58,7 @@ TEST(Advance, NeverGoesBack) {
   EXPECT_EQ(car.state.covariance, before.covariance);
 }
 
-TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
+TEST(Advance, AStandingCarOnlyLosesItsCalibrations) {
   Car car = car_at_rest(1.0);
   const State before = car.state;
   advance(car.context, car.state, before.time_ns + 400 * period_ns);

@@ -36,7 +36,7 @@ Sample seen(std::int64_t time_ns, const Pose2& pose, double sigma = 0.01) {
           .sigma = {sigma, sigma, sigma}};
 }
 
-TEST(FullCamera, FirstPoseLocatesWhereItMay) {
+TEST(FullCamera, FirstPoseLocatesIfAllowed) {
   State state;
   state.covariance = some_covariance();
   const Judgement refused =
@@ -54,7 +54,7 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   EXPECT_EQ(state.resets, 0U);
 }
 
-TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
+TEST(FullCamera, PoseIsJudgedAsAWholeWithBothNoises) {
   State before = located({1.0, 2.0, 0.3});
   before.slow.sensitivity(at::x, slow::wheel_scale) = 1.5;
   const Pose2 pose{1.05, 1.9, 0.36};
@@ -100,7 +100,7 @@ TEST(FullCamera, CorrectsEverythingCorrelatedWithThePose) {
   EXPECT_TRUE(has_covariances(state));
 }
 
-TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
+TEST(FullCamera, YawStaysContinuousOverAnyNumberOfTurns) {
   for (const double turns : {-7.0, 0.0, 12.0}) {
     const double yaw = 3.1 + turns * 2.0 * std::numbers::pi;
     State state = located({0.0, 0.0, yaw});
@@ -197,7 +197,7 @@ TEST(FullCamera, AFarMapLeavesTheCovarianceItsDigits) {
   EXPECT_NEAR(car.state.variance(at::x), 1e-4, 1e-6);
 }
 
-TEST(FullCamera, WhereNothingElseWasWrongTheMapMayHaveJumpedInstead) {
+TEST(FullCamera, ACorrectionMayBeAJumpOfTheMap) {
   // The first pose initialises. A later pose that moves the state contradicts fused ones, so
   // variance for a jump of the map is published, whether the state is doubtful or not.
   Disagreement first{.truth = {5.0, -3.0, 0.0}};
@@ -239,7 +239,7 @@ TEST(FullCamera, SixFusedPosesInARowConfirmThePose) {
   EXPECT_FALSE(car.state.doubtful);
 }
 
-TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
+TEST(FullCamera, ACameraThatScattersMoreThanStatedIsTrustedLess) {
   // Poses as noisy as stated, and six times as noisy.
   for (const double times : {1.0, 6.0}) {
     std::mt19937 random(2);
@@ -257,7 +257,7 @@ TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
   }
 }
 
-TEST(FullCamera, OutliersAreNot) {
+TEST(FullCamera, OutliersAreNeverAccepted) {
   Disagreement car;
   std::mt19937 random(6);
   std::uniform_real_distribution<double> anywhere(-5.0, 5.0);
@@ -269,7 +269,7 @@ TEST(FullCamera, OutliersAreNot) {
   EXPECT_EQ(car.state.resets, 0U);
 }
 
-TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
+TEST(FullCamera, AFewConsistentPosesBetweenOutliersConfirmTheFilter) {
   Disagreement car;
   for (int i = 1; i < 300; ++i) {
     const bool fits = i % 3 == 0;

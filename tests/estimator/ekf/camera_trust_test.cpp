@@ -28,7 +28,7 @@ std::vector<Estimate> drive_with(const std::function<void(Arrival&)>& change) {
   return run(arrivals, ticks);
 }
 
-TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
+TEST(CameraTrust, AFrozenPictureDoesNotDragTheCarAlong) {
   for (const double noise : {0.0, 0.008}) {
     std::mt19937 random(3);
     std::normal_distribution<double> trembling;
@@ -46,7 +46,7 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
   }
 }
 
-TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
+TEST(CameraTrust, APictureOfAStandingCarIsNotFrozen) {
   // Noise-free poses of a car that was put down elsewhere.
   Drive car = start(Model::full);
   for (int k = 1; k <= 800; ++k) {
@@ -77,7 +77,7 @@ TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
   }
 }
 
-TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
+TEST(CameraTrust, AFlippedHeadingDoesNotTurnTheCar) {
   // Half a turn off, plus noise: the shorter way round changes from pose to pose.
   const auto flip = [](Arrival& arrival) {
     if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond)

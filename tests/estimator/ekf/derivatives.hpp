@@ -3,7 +3,7 @@
 
 #include <initializer_list>
 
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/ekf/states.hpp"
@@ -20,8 +20,8 @@ inline Vector stated(const Prediction& prediction) {
   return by;
 }
 
-/// The derivatives of a prediction by the elements of a vector of the state, by central
-/// differences. `predict` maps a State to its Prediction.
+/// The derivatives of a prediction with respect to a vector of the state, from central differences.
+/// `predict` maps a State to its Prediction.
 template <typename Made, typename Predict, typename Select>
 Made differences_by(const State& at, const Predict& predict, const Select& select) {
   constexpr double step = 1e-6;
@@ -49,8 +49,8 @@ SlowVector differences_by_slow(const State& at, const Predict& predict) {
       at, predict, [](State & s) -> auto& { return s.slow.mean; });
 }
 
-/// Expects that a prediction states its derivatives, to `tolerance` of the largest or of 1. Those
-/// by the states `left_out` it states as 0.
+/// Expects the derivatives that a prediction states to be right within `tolerance` times the
+/// largest of them, or times 1. The prediction must state 0 for the states `left_out`.
 template <typename Predict>
 void expect_derivatives(const State& at, const Predict& predict, double tolerance,
                         std::initializer_list<at::Index> left_out = {}) {

@@ -37,7 +37,7 @@ TEST(Heading, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
   EXPECT_NEAR(car.yaw() - begin, 5.0, 0.005);
 }
 
-TEST(Heading, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
+TEST(Heading, BiasAndScaleOfTheGyroActOnTheHeadingAllTheTime) {
   // Also at a creep, where tyres would straighten the car between two gyro samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
@@ -111,7 +111,7 @@ TEST(Direction, ReversesThroughStandstill) {
   EXPECT_NEAR(car.yaw(), 0.0, 0.01);
 }
 
-TEST(Direction, ADirectionThatComesLateLeavesThePlaceUncertain) {
+TEST(Direction, ALateDirectionLeavesThePositionUncertain) {
   Car car;
   car.push(Source::direction, 1.0);
   car.drive(3.0, straight_at(0.0));

@@ -1,5 +1,5 @@
 // Compares the predictions of gyro and accelerometers with the model and with central differences.
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 
 #include "derivatives.hpp"
 #include "estimator/common/vehicle.hpp"
@@ -48,7 +48,7 @@ TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
   }
 }
 
-TEST(AccelX, DependsOnTheStateAsItSays) {
+TEST(AccelX, StatesItsDerivatives) {
   const CarModel model = car_with_imu_off_centre();
   for (State state : grid_of_states()) {
     for (const bool standing : {false, true}) {
@@ -60,7 +60,7 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
   }
 }
 
-TEST(AccelY, DependsOnTheStateAsItSays) {
+TEST(AccelY, StatesItsDerivatives) {
   const CarModel model = car_with_imu_off_centre();
   for (const bool steering : {true, false}) {
     for (State state : grid_of_states()) {
@@ -105,7 +105,7 @@ TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   EXPECT_GT(std::abs(yaw_accel), 1.0);
 }
 
-TEST(AccelY, OfTyresThatSlideIsWhatTheyHold) {
+TEST(AccelY, OfSlidingTyresIsTheirGrip) {
   CarModel model;
   model.car.grip_front = model.car.grip_rear = 4.0;
   State state;

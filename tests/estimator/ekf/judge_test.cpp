@@ -1,7 +1,7 @@
 // Gates of the car's own sensors, the states that each may correct, and sudden changes.
 #include "estimator/ekf/judge.hpp"
 
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "tests/estimator/ekf/states.hpp"
 #include "tests/estimator/signalled_car.hpp"
@@ -25,7 +25,7 @@ Sample sample_of(const State& state, Source source, double value) {
   return {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {0.02}};
 }
 
-TEST(Judge, NoSensorOfTheCarsOwnMovesThePlace) {
+TEST(Judge, TheCarsOwnSensorsDoNotMoveThePosition) {
   const CarModel model;
   const Input input{0.1, true};
   State state = on_its_way();
@@ -75,7 +75,7 @@ TEST(Judge, ASampleCorrectsOnlyItsSlowError) {
   }
 }
 
-TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
+TEST(Judge, HardBrakingIsFollowed) {
   for (const double braking : {3.0, 5.0, 9.0}) {
     for (const bool accelerometer : {true, false}) {
       SCOPED_TRACE(std::to_string(braking) + (accelerometer ? "" : ", without an accelerometer"));
@@ -98,7 +98,7 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
   }
 }
 
-TEST(Judge, OneTelegramAloneBrakesNoCar) {
+TEST(Judge, ASingleFrameDoesNotBrakeTheCar) {
   Car car = car_after(3.0, straight_at(2.0));
   for (const double value : {-6.0, 6.0, -9.0}) {
     car.tick(straight_at(2.0, value));

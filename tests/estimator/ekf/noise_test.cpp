@@ -1,9 +1,9 @@
-// Noise from the data: from a sensor's scatter and from the innovations, and the bounds of both.
+// Noise that is estimated from a sensor's scatter and from the innovations, and the bounds of both.
 #include "estimator/ekf/judge.hpp"
 
 #include <random>
 
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 #include "estimator/ekf/take.hpp"
 #include "tests/gtest.hpp"
 
@@ -32,7 +32,7 @@ double used(State& state, Source source, bool still, double scatter, const Signa
 
 constexpr auto nothing = [](int) { return 0.0; };
 
-TEST(MeasuredNoise, IsWhatTheSamplesScatterByWithinBoundsAroundWhatIsStated) {
+TEST(MeasuredNoise, IsTheScatterOfTheSamplesWithinBounds) {
   struct Case {
     Source source;
     bool still;
@@ -59,7 +59,7 @@ TEST(MeasuredNoise, IsWhatTheSamplesScatterByWithinBoundsAroundWhatIsStated) {
   }
 }
 
-TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
+TEST(MeasuredNoise, AtRestAndMovingAreSeparate) {
   State state;
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing), 0.2, 0.03);
   EXPECT_NEAR(used(state, Source::accel_x, false, 2.0, nothing), 2.0, 0.3);
@@ -67,7 +67,7 @@ TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing, 5), 0.2, 0.03);
 }
 
-TEST(MeasuredNoise, MotionHardlyEntersIt) {
+TEST(MeasuredNoise, MotionHardlyAffectsIt) {
   State state;
   // An amplitude of 2 sigmas, three times a second, sampled every 5 ms
   const auto weave = [](int i) { return 2.0 * std::sin(20.0 * 0.005 * i) * stated; };
@@ -102,7 +102,7 @@ TEST(NoiseOf, IsTheSigmaThatIsUsed) {
   }
 }
 
-TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
+TEST(NoiseOf, OfAWheelIsAShareOfItsSpeed) {
   Tuning t;
   t.wheel_radius = 0.004;
   constexpr Source wheel = Source::wheel_front_left;
@@ -122,7 +122,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   EXPECT_NEAR(variance(t.wheel_radius) - variance(0.0), 0.024 * 0.024, 1e-12);
 }
 
-TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
+TEST(NoiseOf, IsNotEstimatedForInputsAndCamera) {
   State state;
   for (const Source source : {Source::steering, Source::direction, Source::camera}) {
     state.reading(source).consistent = 3;
@@ -203,7 +203,7 @@ TEST(NoiseScale, AnOutlierChangesItLittle) {
   EXPECT_LT(state.reading(Source::wheel_rear_left).noise_scale, 1.5);
 }
 
-TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {
+TEST(NoiseScale, OfThePositionFollowsTheCamera) {
   const Tuning t;
   State state;
   for (int i = 0; i < 5000; ++i) adapt_way_noise_scale(t, state, 12.0, 0.035);
@@ -218,7 +218,7 @@ TEST(CameraNoise, IsNotLearntAcrossAPause) {
   State state;
   for (int i = 0; i < 200; ++i) {
     state.time_ns += i % 2 == 0 ? 1'000'000'000 : 35'000'000;
-    state.mean[at::x] = i % 4 < 2 ? 0.2 : -0.2;  // what the filter is off by then
+    state.mean[at::x] = i % 4 < 2 ? 0.2 : -0.2;  // the filter's error by then
     note_camera_pose(state, {.time_ns = state.time_ns, .sigma = {0.01, 0.01, 0.01}});
   }
   EXPECT_EQ(state.camera_noise_scale, 1.0);

@@ -21,7 +21,7 @@ TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
   EXPECT_TRUE(car.stands());
 }
 
-TEST(Plausibility, AStillWheelHasNoVoteOnlyAgainstOneWithASmallerDeadBand) {
+TEST(Plausibility, AStillWheelCountsUnlessTheOtherHasASmallerDeadBand) {
   State state = initial_state({});
   state.time_ns = 1'000 * estimator::testing::millisecond;
   for (const Source wheel :
@@ -90,7 +90,7 @@ TEST(Plausibility, ASourceNeedsConsistentSamplesAfterAGap) {
   }
 }
 
-TEST(Plausibility, OneWildAccelerationIsNoInput) {
+TEST(Plausibility, AWildAccelerationIsNotUsed) {
   Car car = car_at_rest(2.0);
   car.drive(5.0, straight_at(1.0));
   for (const Source source : {Source::accel_x, Source::accel_y})
@@ -102,7 +102,7 @@ TEST(Plausibility, OneWildAccelerationIsNoInput) {
   EXPECT_NEAR(car.v_x(), 1.0, 0.01);
 }
 
-TEST(Plausibility, OneReadingOfTheGyroTurnsNoCarEvenIfItPassesTheGate) {
+TEST(Plausibility, OneGyroReadingDoesNotTurnTheCarEvenIfItPassesTheGate) {
   for (const auto& [spike, yaw] : {std::pair(8.0, 0.005), {1.5, 0.002}}) {
     Car car = car_after(2.0, straight_at(1.0));
     for (int i = 0; i < 20; ++i) {

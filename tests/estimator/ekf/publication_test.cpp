@@ -1,11 +1,17 @@
-// The published part of the state, and the state that resumes from it.
+// The published part of the state, the state that resumes from it, and the checks and limits before
+// a state is published.
 #include "estimator/ekf/publication.hpp"
+
+#include <limits>
+
+#include <Eigen/Eigenvalues>
 
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
+#include "states.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::publication_test {
+namespace odomd::estimator::full::testing::publication_test {
 namespace {
 
 constexpr Symmetric3 diagonal(double a, double b, double c) {
@@ -37,7 +43,7 @@ Symmetric3 of_velocity(const State& state) {
   return packed(state.covariance.block<3, 3>(at::v_x, at::v_x));
 }
 
-TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
+TEST(Resumed, GrowsTheVelocityCovarianceOverTheGap) {
   // The car may have braked or steered since.
   const Symmetric3 grown = of_velocity(resumed({}, predecessor(), 0.5, fresh()));
   EXPECT_NEAR(grown[0], 1e-3 + 1.0, 1e-12);
@@ -55,7 +61,7 @@ TEST(Resumed, StartsWithItsOwnVelocityCovarianceIfThereIsNone) {
   }
 }
 
-TEST(Resumed, ThePoseIsAsUncertainAsTheVelocityHasMadeItInTheGap) {
+TEST(Resumed, PoseUncertaintyGrowsWithTheVelocityUncertainty) {
   Estimate sure = predecessor();
   sure.velocity_covariance = diagonal(1e-12, 1e-12, 1e-12);
   Estimate doubtful = predecessor();
@@ -71,7 +77,7 @@ TEST(Resumed, ThePoseIsAsUncertainAsTheVelocityHasMadeItInTheGap) {
   EXPECT_NEAR(Q(2, 2) - P(2, 2), gap_s * gap_s * 0.04, 1e-9);
 }
 
-TEST(Publication, ASuccessorsFirstIsItsPredecessorsLast) {
+TEST(Publication, ASuccessorStartsWithItsPredecessorsLastEstimate) {
   const Estimate before = predecessor();
   const Estimate after = published(resumed({}, before, 0.0, fresh()));
   EXPECT_TRUE(after.initialised);
@@ -102,7 +108,7 @@ TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
   EXPECT_GT(rates_at(0.1).yaw_accel, 1.0);
 }
 
-TEST(Publication, APoseByTheCameraIsAsLateAsItsClock) {
+TEST(Publication, CovarianceIncludesTheCamerasLatency) {
   State state = fresh();
   state.located = state.moving = true;
   state.mean.segment<6>(at::x) << 3.0, 1.0, 0.4, 20.0, -1.0, 0.5;
@@ -117,7 +123,7 @@ TEST(Publication, APoseByTheCameraIsAsLateAsItsClock) {
   EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
 }
 
-TEST(Publication, StandingNothingChanges) {
+TEST(Publication, DerivativesAreZeroAtStandstill) {
   State state;
   state.located = state.moving = state.standstill.standing = true;
   state.mean[at::accel_x] = 0.7;
@@ -161,5 +167,110 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   }
 }
 
+// Checks and limits
+// ---------------------------------------------------------------------------------------
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+State some_state() {
+  State state = grid_of_states().front();
+  state.covariance = some_covariance();
+  state.slow = some_slow_errors();
+  return state;
+}
+
+TEST(IsValid, AcceptsPossibleStates) {
+  for (State state : grid_of_states()) {
+    state.covariance = some_covariance();
+    state.slow = some_slow_errors();
+    EXPECT_TRUE(is_valid(state));
+  }
+}
+
+TEST(IsValid, RejectsNumbersThatAreNotFinite) {
+  const auto expect_refused = [](const auto& change) {
+    State state = some_state();
+    change(state);
+    EXPECT_FALSE(is_valid(state));
+  };
+  for (const double value : {nan, infinity, -infinity}) {
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      SCOPED_TRACE(i);
+      expect_refused([&](State& s) { s.mean[i] = value; });
+      for (Eigen::Index j = 0; j <= i; ++j)
+        expect_refused([&](State& s) { s.covariance(i, j) = s.covariance(j, i) = value; });
+      for (Eigen::Index j = 0; j < slow::size; ++j)
+        expect_refused([&](State& s) { s.slow.sensitivity(i, j) = value; });
+    }
+    for (Eigen::Index i = 0; i < slow::size; ++i) {
+      SCOPED_TRACE(i);
+      expect_refused([&](State& s) { s.slow.mean[i] = value; });
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        expect_refused(
+            [&](State& s) { s.slow.covariance(i, j) = s.slow.covariance(j, i) = value; });
+      }
+    }
+  }
+}
+
+TEST(IsValid, RejectsStatesBeyondAnyCar) {
+  for (const auto& [index, value] : {std::pair{at::x, 2e9},
+                                     {at::y, -2e9},
+                                     {at::v_x, 301.0},
+                                     {at::yaw_rate, -101.0},
+                                     {at::front_angle, 2e4},
+                                     {at::steering_offset, -2e4}}) {
+    State state = some_state();
+    state.mean[index] = value;
+    EXPECT_FALSE(is_valid(state)) << index;
+  }
+  State state = some_state();
+  state.slow.mean[slow::wheel_scale] = 2e4;
+  EXPECT_FALSE(is_valid(state));
+}
+
+TEST(IsValid, RequiresPositiveEigenvalues) {
+  const State state = some_state();
+  const double smallest =
+      Eigen::SelfAdjointEigenSolver<Matrix>(state.covariance).eigenvalues().minCoeff();
+  for (const double share : {1.0 - 1e-6, 1.0 + 1e-6}) {
+    State less = state;
+    less.covariance.diagonal().array() -= share * smallest;
+    EXPECT_EQ(is_valid(less), share < 1.0);
+  }
+}
+
+TEST(Limit, ReducesVariancesAndKeepsCorrelations) {
+  State state = some_state();
+  Matrix& P = state.covariance;
+  P = some_covariance(1e9);
+  state.slow = some_slow_errors(1e6);
+  const Vector before = P.diagonal();
+  const double correlation = P(0, 4) / std::sqrt(P(0, 0) * P(4, 4));
+  limit(state);
+  EXPECT_LE(P(at::x, at::x), 1e6 * (1.0 + 1e-8));
+  EXPECT_LE(P(at::yaw, at::yaw), 10.24 * (1.0 + 1e-8));
+  EXPECT_LT(P(at::v_y, at::v_y), before[at::v_y]);
+  EXPECT_NEAR(P(0, 4) / std::sqrt(P(0, 0) * P(4, 4)), correlation, 1e-8);
+  EXPECT_TRUE(is_covariance(P));
+  EXPECT_LE(state.slow.covariance.diagonal().maxCoeff(), 4.0 * (1.0 + 1e-8));
+  EXPECT_TRUE(is_covariance(state.slow.covariance));
+}
+
+TEST(Limit, HardlyChangesSmallVariances) {
+  State state = some_state();
+  const State before = state;
+  limit(state);
+  const auto grown = [](const auto& after, const auto& earlier) {
+    return (after.diagonal().array() > earlier.diagonal().array()).all() &&
+           largest(after - earlier) < 2e-9 * earlier.cwiseAbs().maxCoeff();
+  };
+  EXPECT_TRUE(grown(state.covariance, before.covariance));
+  EXPECT_TRUE(grown(state.slow.covariance, before.slow.covariance));
+  EXPECT_EQ(state.mean, before.mean);
+  EXPECT_EQ(state.slow.sensitivity, before.slow.sensitivity);
+}
+
 }  // namespace
-}  // namespace odomd::estimator::full::publication_test
+}  // namespace odomd::estimator::full::testing::publication_test

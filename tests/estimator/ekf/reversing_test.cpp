@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimator/baselines/motion.hpp"
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "tests/estimator/driving_cases.hpp"
 #include "tests/gtest.hpp"
 
@@ -49,7 +49,7 @@ TEST(Reversing, LateralJacobianAtStandstillIsTheMeanOfBothSides) {
   }
 }
 
-TEST(Reversing, StepIsThePapersWhenDrivingForward) {
+TEST(Reversing, StepMatchesThePaperWhenDrivingForward) {
   for (const DrivingCase& at : grid({0.0, 0.02, 0.3, 2.0, 12.0})) {
     const BodyVelocity paper =
         paper_step(at.car, {at.x[0], at.x[1], at.x[2]}, at.u[0], 1.3, dt).velocity;

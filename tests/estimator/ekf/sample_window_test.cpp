@@ -28,7 +28,7 @@ std::vector<std::int64_t> times(SampleWindow& window) {
   return times;
 }
 
-TEST(SampleWindow, KeepsTheOrderOfTimesWhateverThatOfArrivals) {
+TEST(SampleWindow, KeepsTheOrderOfTimesInAnyOrderOfArrival) {
   std::vector<Sample> in_order;
   for (std::int64_t i = 0; i < 300; ++i)
     in_order.push_back(sample(i / 3, static_cast<Source>(i % 3), static_cast<double>(i)));
@@ -42,7 +42,7 @@ TEST(SampleWindow, KeepsTheOrderOfTimesWhateverThatOfArrivals) {
   }
 }
 
-TEST(SampleWindow, OfTwoThatClaimToBeTheSameItKeepsTheSameOneInEitherOrder) {
+TEST(SampleWindow, KeepsTheSameOfTwoDuplicatesInEitherOrder) {
   const std::vector<Sample> claims{sample(5, Source::motor, 1.0, 0.1),
                                    sample(5, Source::motor, 2.0, 0.1),
                                    sample(5, Source::motor, 1.0, 0.2)};
@@ -62,7 +62,7 @@ TEST(SampleWindow, OfTwoThatClaimToBeTheSameItKeepsTheSameOneInEitherOrder) {
   }
 }
 
-TEST(SampleWindow, OneThatTakesTheOthersPlaceHasItsVerdict) {
+TEST(SampleWindow, AReplacingSampleTakesOverTheVerdict) {
   SampleWindow window;
   window.insert(sample(5, Source::motor, 2.0));
   window.after(earliest).front().judged = true;
@@ -71,7 +71,7 @@ TEST(SampleWindow, OneThatTakesTheOthersPlaceHasItsVerdict) {
   EXPECT_TRUE(window.after(earliest).front().judged);
 }
 
-TEST(SampleWindow, UntilAndAfterPartIt) {
+TEST(SampleWindow, UntilAndAfterSplitTheWindow) {
   SampleWindow window;
   for (const std::int64_t t : {30, 10, 20}) window.insert(sample(t));
   EXPECT_EQ(window.until(9).size(), 0U);
@@ -92,7 +92,7 @@ TEST(SampleWindow, ForgetsOnEitherSide) {
   EXPECT_EQ(window.dropped_until_ns(), earliest);
 }
 
-TEST(SampleWindow, FullItGivesUpTheOldest) {
+TEST(SampleWindow, DropsTheOldestWhenFull) {
   SampleWindow window;
   const auto capacity = static_cast<std::int64_t>(SampleWindow::capacity);
   for (std::int64_t t = 1; t <= capacity; ++t)
@@ -128,7 +128,7 @@ TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   EXPECT_THAT(window.take_dropped(), ::testing::Each(0U)) << "each is reported once";
 }
 
-TEST(SampleWindow, GoesOnForeverInItsRoom) {
+TEST(SampleWindow, WorksIndefinitelyInItsFixedMemory) {
   // Compares far more samples than the window has room for, some of them late, with a sorted list.
   SampleWindow window;
   std::vector<std::int64_t> expected;

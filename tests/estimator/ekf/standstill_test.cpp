@@ -59,7 +59,7 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
 
 constexpr auto zero = [](std::int64_t) { return 0.0; };
 
-TEST(Standstill, AHaltMovesNoPose) {
+TEST(Standstill, AHaltDoesNotMoveThePose) {
   // After a long drive the errors of velocity and pose are correlated.
   State state = just_stopped();
   state.slow.sensitivity.topRows<3>().array() += 100.0;
@@ -78,7 +78,7 @@ TEST(Standstill, BeginsWhenNoWheelHasTurnedForLongEnough) {
   EXPECT_TRUE(is_covariance(state.covariance));
 }
 
-TEST(Standstill, BeginsByWheelsAndGyro) {
+TEST(Standstill, BeginsFromWheelsAndGyro) {
   using Reading = double (*)(std::int64_t ms);
   struct Case {
     const char* name;
@@ -108,7 +108,7 @@ TEST(Standstill, BeginsByWheelsAndGyro) {
   }
 }
 
-TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
+TEST(Standstill, ANoisySensorDoesNotHideCreeping) {
   EXPECT_TRUE(is_turning(0.05, 1.0));
   EXPECT_TRUE(is_turning(-0.05, 1.0));
 }
@@ -195,7 +195,7 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
   }
 }
 
-TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
+TEST(Standstill, NothingIsCorrelatedWithTheMotionAtStandstill) {
   State state = just_stopped();
   ASSERT_GT(time_to_stand(state, 1000, zero, zero), 0);
   Matrix related = state.covariance;
@@ -206,7 +206,7 @@ TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
   }
 }
 
-TEST(Standstill, HoldsThePoseAndWithoutACameraKnowsItNoBetterForIt) {
+TEST(Standstill, HoldsThePoseWithoutBecomingMoreCertain) {
   Car car;
   const auto known = [&car]() -> Eigen::Vector3d {
     return covariance_of_motion(car.state).diagonal().head<3>();

@@ -85,7 +85,7 @@ inline bool has_covariances(const State& state) {
   return is_covariance(state.covariance) && is_covariance(state.slow.covariance);
 }
 
-/// The largest of a matrix's numbers, without its sign.
+/// The largest absolute value in a matrix.
 template <typename Derived>
 double largest(const Eigen::MatrixBase<Derived>& matrix) {
   return matrix.cwiseAbs().maxCoeff();

@@ -17,7 +17,7 @@ TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
 
-TEST(Stopping, AShortStepOfTheGyroIsNoNewBias) {
+TEST(Stopping, AShortStepOfTheGyroIsNotANewBias) {
   for (const double step : {0.02, 0.06, 0.12}) {
     Car car = car_at_rest(10.0);
     car.drive(0.3, with(straight_at(0.0), Source::yaw_rate, step));
@@ -26,7 +26,7 @@ TEST(Stopping, AShortStepOfTheGyroIsNoNewBias) {
   }
 }
 
-TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
+TEST(Stopping, ALargeGyroBiasDoesNotTurnAStandingCar) {
   for (const double bias : {0.15, -0.3}) {
     Car car;
     const SensorValues values = with(straight_at(0.0), Source::yaw_rate, bias);
@@ -51,7 +51,7 @@ TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
   EXPECT_NEAR(car.yaw(), yaw, 1e-6);
 }
 
-TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
+TEST(Stopping, SlidingLockedWheelsAreNotAStandstill) {
   Car car = car_at_rest();
   car.drive(1.0, [](double t) { return straight_at(3.0 * t, 3.0); });
   car.drive(1.0, straight_at(3.0));
@@ -94,7 +94,7 @@ TEST(Stopping, WheelsThatAreBlindToACreepDoNotHoldACarWhoseMotorTurns) {
   EXPECT_NEAR(car.x() - x, 0.5, 0.05);
 }
 
-TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
+TEST(Stopping, OneTurningWheelDoesNotMoveAStandingCar) {
   for (const double speed : {0.3, 1.0, 3.0}) {
     Car car;
     const SensorValues stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
@@ -108,7 +108,7 @@ TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
   }
 }
 
-TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCarAndThenDoNotSetItsSpeed) {
+TEST(Stopping, SpinningDrivenWheelsNeitherMoveTheCarNorSetItsSpeed) {
   const auto spinning = [](double speed, double accel) {
     return with(straight_at(speed, accel),
                 {{Source::wheel_rear_left, 3.0}, {Source::wheel_rear_right, 3.0}});
@@ -125,7 +125,7 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCarAndThenDoNotSetItsSpeed) {
   }
 }
 
-TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
+TEST(Stopping, ASingleWheelSetsOffWithItsSecondTurningSample) {
   Car car;
   const SensorValues still{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}};
   car.drive(3.0, still);
@@ -138,7 +138,7 @@ TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
   EXPECT_NEAR(car.v_x(), 0.5, 0.02);
 }
 
-TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
+TEST(Stopping, AKnownBiasIsKeptDuringACreepThatTheWheelsDoNotSee) {
   Car car = car_at_rest(10.0);
   ASSERT_LT(car.state.sigma(slow::gyro_bias), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
@@ -166,14 +166,14 @@ TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
   }
 }
 
-TEST(Stopping, NoCarIsKnownToStandWithoutItsWheels) {
+TEST(Stopping, WithoutWheelsNoStandstillIsKept) {
   Car car = car_at_rest();
   car.drive(4.0, {{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}});
   EXPECT_FALSE(car.stands());
   EXPECT_GT(std::sqrt(car.state.variance(at::v_x)), 0.05);
 }
 
-TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
+TEST(Stopping, OneWildSpeedDoesNotMoveAStandingCar) {
   Car car = car_at_rest(2.0);
   const double x = car.x();
   for (int i = 0; i < 10; ++i) {
@@ -223,7 +223,7 @@ TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBiasAndWidensThePlace
             3.0 * std::sqrt(car.state.variance(at::x) - before));
 }
 
-TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
+TEST(Stopping, OneDeadWheelOfTwoDoesNotHoldTheCar) {
   // On a straight, and on a circle, where the gyro sets the car off.
   for (const double turn_per_metre : {0.0, 1.0}) {
     const auto driven_at = [&](double speed, double accel) {
@@ -258,7 +258,7 @@ TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
   EXPECT_GT(car.state.variance(at::x) - before, 0.08 * 0.08);
 }
 
-TEST(Stopping, SilentWheelsHideNoDeparture) {
+TEST(Stopping, SilentWheelsDoNotHideADeparture) {
   // The wheels fall silent before the car sets off, and are back once it drives.
   constexpr double accel = 1.5;
   for (const double silent_s : {0.2, 1.0, 1.5}) {
@@ -279,7 +279,7 @@ TEST(Stopping, SilentWheelsHideNoDeparture) {
   }
 }
 
-TEST(Stopping, ASilentCarIsNotAtOnceOneThatHasLeft) {
+TEST(Stopping, ASilentCarKeepsStandingForAWhile) {
   Car car = car_at_rest();
   advance(car.context, car.state, car.state.time_ns + 1500 * millisecond);
   EXPECT_TRUE(car.stands());

@@ -100,7 +100,7 @@ TEST(Take, TyresAtTheirLimitTeachTheirGrip) {
   }
 }
 
-TEST(Take, AStatedGripIsTheCamerasToCorrect) {
+TEST(Take, OnlyACameraCorrectsAConfiguredGrip) {
   Car car;
   car.context.model.car.grip_front = car.context.model.car.grip_rear = 6.0;
   car.drive(1.0, straight_at(3.0));
@@ -115,7 +115,7 @@ TEST(Take, ATyreHasMoreGripThanItHasShown) {
   EXPECT_GT(grip_of(car), 6.5);
 }
 
-TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
+TEST(Take, TheDistanceBetweenTheFirstTwoWheelSpeedsCounts) {
   Car car;
   car.push(Source::wheel_rear, 10.0);
   car.drive(0.02, {});
@@ -123,7 +123,7 @@ TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
   EXPECT_NEAR(car.x(), 0.2, 1e-9);
 }
 
-TEST(Take, TheWayThatIsMadeUpIsUncertain) {
+TEST(Take, ThatDistanceIsUncertain) {
   // Two corrupt frames that happen to agree.
   Car car;
   car.push(Source::wheel_rear, 40.0);
@@ -165,7 +165,7 @@ TEST(Take, AWheelThatSpinsOrLocksIsLeftOutWhileOthersRoll) {
   }
 }
 
-TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
+TEST(Take, ACalmWheelMayBecomeAsNoisyAsTheOthers) {
   // At 20 m/s, calm wheels are precise to 1 cm/s, others to 5 cm/s.
   Car calm = car_after(20.0, straight_at(20.0));
   const double& noise_scale = calm.state.reading(Source::wheel_rear_left).noise_scale;
@@ -285,7 +285,7 @@ TEST(Take, AReversalReversesTheMotion) {
   EXPECT_LT(car.gated[Source::wheel_rear_left], 2);
 }
 
-TEST(Take, ASteeringThatJumpsMayBeATelegramsAlone) {
+TEST(Take, ASteeringJumpMayBeACorruptFrame) {
   const auto unknown_after = [](double angle) {
     Car car = car_after(3.0, straight_at(1.0));
     car.tick(with(straight_at(1.0), Source::steering, angle));
@@ -295,7 +295,7 @@ TEST(Take, ASteeringThatJumpsMayBeATelegramsAlone) {
   EXPECT_GT(unknown_after(-0.5), 0.3);
 }
 
-TEST(Take, InputsAreForgottenWithAge) {
+TEST(Take, OldInputsAreIgnored) {
   State state;
   state.time_ns = 1'000 * millisecond;
   EXPECT_FALSE(input_of(state).has_steering);

@@ -1,5 +1,5 @@
-// Compares the update by a scalar sample with the textbook's, and the filter with separate slow
-// errors with the joint filter.
+// Compares the update by a scalar sample with the textbook, and the filter that keeps slow errors
+// apart with the joint filter.
 #include "estimator/ekf/update.hpp"
 
 #include <random>
@@ -77,7 +77,7 @@ Prediction any_prediction(std::mt19937& random, double value) {
   return z;
 }
 
-TEST(Update, InnovationIsTheTextbooks) {
+TEST(Update, InnovationMatchesTheTextbook) {
   const State state = somewhere();
   const Vector H = stated(something());
   const Innovation nu = innovation(state, something(), 0.5);
@@ -90,7 +90,7 @@ TEST(Update, InnovationIsTheTextbooks) {
   EXPECT_NEAR(nu.squared_ratio(), 0.04 / nu.variance, 1e-12);
 }
 
-TEST(Update, AnyGainLeavesTheCovarianceOfTheErrorItMakes) {
+TEST(Update, CovarianceIsRightForAnyGain) {
   // (I - K Hᵀ) P (I - K Hᵀ)ᵀ + K R Kᵀ, and B - K G
   const State before = somewhere();
   const Prediction z = something();
@@ -114,7 +114,7 @@ TEST(Update, AnyGainLeavesTheCovarianceOfTheErrorItMakes) {
   }
 }
 
-TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
+TEST(Update, CovariancesStayPositiveDefiniteOverThousandsOfUpdates) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   State state = somewhere();
@@ -125,14 +125,14 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
     if (i % 2 == 0) gain[at::x] = gain[at::yaw_rate] = 0.0;
     correct(state, nu, gain);
     correct_slow_errors(state, nu, i % 3 == 0 ? all() : only(slow::gyro_bias));
-    // The random walks, without which everything would be known in the end.
+    // Random walks; without them the covariances would converge to zero.
     state.covariance.diagonal().array() += 1e-9;
     state.slow.covariance.diagonal().array() += 1e-9;
     ASSERT_TRUE(has_covariances(state)) << i;
   }
 }
 
-TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
+TEST(Update, CorrectingAllSlowErrorsEqualsTheJointFilter) {
   // Friedland 1969: steps and any updates in turn. The form is exact for constant errors; it
   // neglects the effect of a walk on their correlation with the state.
   CarModel model;
@@ -166,13 +166,13 @@ TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
   EXPECT_GT((state.mean - somewhere().mean).norm(), 0.01);
 }
 
-TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
+TEST(Update, ConsideredErrorsOnlyEnlargeThePublishedCovariance) {
   // The states are those with known slow errors; the published covariance is larger.
   State considering = somewhere();
   State knowing = somewhere();
   knowing.slow.covariance.setZero();
   CarModel model;
-  model.car.grip_front = model.car.grip_rear = 9.0;  // else the noise depends on the grip
+  model.car.grip_front = model.car.grip_rear = 9.0;  // otherwise the noise depends on the grip
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {
@@ -207,7 +207,7 @@ TEST(Update, OnlyTheSelectedSlowErrorsChange) {
   EXPECT_TRUE(is_covariance(state.slow.covariance));
 }
 
-TEST(Update, ASlackMakesTheGainBolderAndNothingElse) {
+TEST(Update, SlackOnlyIncreasesTheGain) {
   const State before = somewhere();
   Prediction z = something();
   z.slack = 3e-4;
@@ -247,7 +247,7 @@ TEST(Settle, ThePoseIsNoLongerCorrectedAndTheErrorStaysInItsCovariance) {
   EXPECT_NEAR(state.slow.mean[slow::gyro_bias], before.slow.mean[0] + 0.1, 1e-3);
 }
 
-TEST(Forget, NothingIsRelatedToAStateThatIsForgotten) {
+TEST(Forget, RemovesAllCorrelations) {
   State state = somewhere();
   const State before = state;
   forget(state, at::v_y, 0.3);

@@ -1,5 +1,5 @@
 // The prediction of a wheel's speed: each wheel at its position, and the derivatives.
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 
 #include "derivatives.hpp"
 #include "estimator/ekf/take.hpp"
@@ -95,7 +95,7 @@ TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
   }
 }
 
-TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
+TEST(FullWheelSpeed, StatesThatCountAsKnownAddTheirVariance) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
     for (const Source source : wheel_sources) {
@@ -134,7 +134,7 @@ TEST(FullWheelSpeed, WithoutASteeringSignalAFrontWheelRollsAlongItsVelocity) {
       -half_track * 3.0, 1e-12);
 }
 
-TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
+TEST(FullWheelSpeed, DrivenWheelsSlipAndAllSlipHalfAsMuchUnderBraking) {
   CarModel model;
   State state;
   state.slow.mean[slow::wheel_slip] = 0.01;
@@ -156,7 +156,7 @@ TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
   }
 }
 
-TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
+TEST(FullWheelSpeed, DerivativeByAccelerationIncludesTheSlip) {
   const CarModel model;
   for (State state : states_on_time()) {
     state.steering = {};  // no steering, no drag: the derivatives leave drag out
@@ -188,7 +188,7 @@ TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
   EXPECT_EQ(gained(Source::wheel_rear_left), alone);
 }
 
-TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
+TEST(FullWheelSpeed, TheBestWheelKeepsItsFullWeight) {
   const CarModel model;
   State state;
   state.mean[at::v_x] = 10.0;

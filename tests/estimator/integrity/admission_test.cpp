@@ -10,7 +10,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-TEST(Refusal, LooksAtEverySignalUpToItsLimit) {
+TEST(Refusal, BeginsBeyondThePhysicalLimit) {
   for (std::size_t i = 0; i < source_count; ++i) {
     const auto source = static_cast<Source>(i);
     if (source == Source::camera) continue;
@@ -21,7 +21,7 @@ TEST(Refusal, LooksAtEverySignalUpToItsLimit) {
   }
 }
 
-TEST(Refusal, OfWhatIsNoNumber) {
+TEST(Refusal, OfNonFiniteNumbers) {
   for (const double value : {nan, infinity, -infinity}) {
     EXPECT_EQ(refusal({Source::yaw_rate, 1, value, 0.1}), Verdict::non_finite);
     EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, value}), Verdict::non_finite);
@@ -31,13 +31,13 @@ TEST(Refusal, OfWhatIsNoNumber) {
   EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, 0.0}), std::nullopt);
 }
 
-TEST(Refusal, OfWhatIsNoSignal) {
+TEST(Refusal, OfSourcesThatAreNotSignals) {
   EXPECT_EQ(refusal({Source::camera, 1, 0.0, 0.1}), Verdict::source_off);
   EXPECT_EQ(refusal({Source::count, 1, 0.0, 0.1}), Verdict::source_off);
   EXPECT_EQ(refusal({static_cast<Source>(255), 1, nan, 0.1}), Verdict::source_off);
 }
 
-TEST(IsPossible, IsAPoseThatDoublesResolve) {
+TEST(IsPossible, AcceptsPosesThatDoublesResolve) {
   EXPECT_TRUE(is_possible(Pose2{}));
   EXPECT_TRUE(is_possible(Pose2{1e8, -1e8, 1e3}));
   for (double Pose2::*const number : {&Pose2::x, &Pose2::y, &Pose2::yaw}) {
@@ -52,26 +52,21 @@ TEST(IsPossible, IsAPoseThatDoublesResolve) {
   EXPECT_FALSE(is_possible(Pose2{0.0, 0.0, 1.1e6}));
 }
 
-TEST(IsUsable, AsksEveryNumberOfACameraPose) {
+TEST(IsUsable, ChecksEveryNumberOfACameraPose) {
   const CameraPose pose{1, 2, 0.5, -0.5, 3.0, 0.01, 0.02, 0.03};
   EXPECT_TRUE(is_usable(pose));
-  for (double CameraPose::*const number :
-       {&CameraPose::x, &CameraPose::y, &CameraPose::yaw, &CameraPose::sigma_x,
-        &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
-    for (const double value : {nan, infinity, -infinity}) {
+  const auto expect_refused = [&](double CameraPose::*number,
+                                  std::initializer_list<double> values) {
+    for (const double value : values) {
       CameraPose broken = pose;
       broken.*number = value;
       EXPECT_FALSE(is_usable(broken));
     }
-  }
-  for (double CameraPose::*const sigma :
-       {&CameraPose::sigma_x, &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
-    for (const double value : {0.0, -0.01}) {
-      CameraPose broken = pose;
-      broken.*sigma = value;
-      EXPECT_FALSE(is_usable(broken));
-    }
-  }
+  };
+  for (const auto number : {&CameraPose::x, &CameraPose::y, &CameraPose::yaw})
+    expect_refused(number, {nan, infinity, -infinity});
+  for (const auto sigma : {&CameraPose::sigma_x, &CameraPose::sigma_y, &CameraPose::sigma_yaw})
+    expect_refused(sigma, {nan, infinity, -infinity, 0.0, -0.01});
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST(Equations, AFrontWheelOfASpinningCarRollsForwardsThoughItsPlaceMovesBackwar
   EXPECT_LT(off(all, Source::wheel_front_left, spin.truth()), 0.1);
 }
 
-TEST(Equations, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
+TEST(Equations, AnErrorOfASourceShowsInItsRow) {
   for (const auto& [source, error] : {std::pair{Source::yaw_rate, 0.5},
                                       {Source::accel_y, 3.0},
                                       {Source::wheel_rear_left, 0.7},
@@ -199,7 +199,7 @@ TEST(Equations, UnsignedWheelsAreReadBackwards) {
   for (const Row& row : all) EXPECT_LT(std::abs(row.off(circle.truth())), 1.0) << row.sources;
 }
 
-TEST(Equations, SteeringIsAsLateToTheLeftAsToTheRight) {
+TEST(Equations, SteeringLagIsSymmetric) {
   const auto sigma_of = [](double rate) {
     Observations observed;
     observed.now_ns = Circle::now_ns;
@@ -227,7 +227,7 @@ Row row(Sources sources, std::initializer_list<std::pair<of::Index, double>> by,
 }
 
 /// Weak priors for all unknowns.
-Consensus of_next_to_nothing() {
+Consensus with_weak_priors() {
   Consensus all;
   for (const of::Index index : {of::speed, of::yaw_rate, of::front_slip, of::rear_slip})
     all.add(row(0, {{index, 1.0}}, 0.0, 1e6));
@@ -236,7 +236,7 @@ Consensus of_next_to_nothing() {
 
 TEST(Consensus, SolvesTwoEquationsOfTwoUnknowns) {
   // 2 v + ψ̇ = 5, v - ψ̇ = 1: v = 2, ψ̇ = 1.
-  Consensus all = of_next_to_nothing();
+  Consensus all = with_weak_priors();
   all.add(row(only(Source::motor), {{of::speed, 2.0}, {of::yaw_rate, 1.0}}, 5.0, 0.1));
   all.add(row(only(Source::yaw_rate), {{of::speed, 1.0}, {of::yaw_rate, -1.0}}, 1.0, 0.2));
   const Solution solution = all.without(0);
@@ -249,7 +249,7 @@ TEST(Consensus, SolvesTwoEquationsOfTwoUnknowns) {
 }
 
 TEST(Consensus, WeighsByTheSigmasAndReturnsTheMisfit) {
-  Consensus all = of_next_to_nothing();
+  Consensus all = with_weak_priors();
   all.add(row(only(Source::wheel_rear), {{of::speed, 1.0}}, 1.0, 0.1));
   all.add(row(only(Source::motor), {{of::speed, 1.0}}, 2.0, 0.2));
   const Solution solution = all.without(0);
@@ -259,7 +259,7 @@ TEST(Consensus, WeighsByTheSigmasAndReturnsTheMisfit) {
 }
 
 TEST(Consensus, LeavingOutTheOneThatIsWrongExplainsItAndAnotherDoesNot) {
-  Consensus all = of_next_to_nothing();
+  Consensus all = with_weak_priors();
   for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right, Source::motor})
     all.add(row(only(source), {{of::speed, 1.0}}, source == Source::motor ? 3.0 : 1.0, 0.1));
   EXPECT_GT(all.without(0).misfit, 200.0);
@@ -271,15 +271,15 @@ TEST(Consensus, LeavingOutTheOneThatIsWrongExplainsItAndAnotherDoesNot) {
 }
 
 TEST(Consensus, ARowOfSeveralSourcesGoesWithAnyOfThem) {
-  Consensus all = of_next_to_nothing();
+  Consensus all = with_weak_priors();
   all.add(row(only(Source::steering) | only(Source::motor), {{of::yaw_rate, 1.0}}, 2.0, 0.1));
   EXPECT_NEAR(all.without(0).motion[of::yaw_rate], 2.0, 1e-6);
   EXPECT_NEAR(all.without(only(Source::motor)).motion[of::yaw_rate], 0.0, 1e-6);
   EXPECT_NEAR(all.without(only(Source::yaw_rate)).motion[of::yaw_rate], 2.0, 1e-6);
 }
 
-TEST(Consensus, TakesNoMoreThanItHolds) {
-  Consensus all = of_next_to_nothing();
+TEST(Consensus, IgnoresRowsBeyondItsCapacity) {
+  Consensus all = with_weak_priors();
   for (std::size_t i = 0; i < 2 * Consensus::capacity; ++i)
     all.add(row(only(Source::motor), {{of::speed, 1.0}}, 1.0, 0.1));
   EXPECT_EQ(static_cast<std::size_t>(all.end() - all.begin()), Consensus::capacity);

@@ -108,7 +108,7 @@ Failure inverted_gyro() {
   return failing(Source::yaw_rate, [](double, double value) { return -value; });
 }
 
-TEST(Integrity, AgreementOnAStraightSaysLittleOfAGyro) {
+TEST(Integrity, AgreementOnAStraightSaysLittleAboutAGyro) {
   const auto bend_then_straight = [](double t) { return Motion{1.5, t < 5.0 ? 0.3 : 0.0}; };
   Drive drive(bend_then_straight);
   drive.until(4.0);
@@ -225,7 +225,7 @@ TEST(Integrity, ASilentSourceRegainsNoTrust) {
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
 }
 
-TEST(Integrity, TakesNoMemory) {
+TEST(Integrity, DoesNotAllocate) {
   // Unsigned wheels and a failing gyro exercise all of the checks.
   Drive drive(slalom, {.unsigned_wheels = true});
   drive.until(2.0);
@@ -255,7 +255,7 @@ TEST(Integrity, AddsUpTheSlipOfAWheel) {
   }
 }
 
-TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
+TEST(Integrity, AGyroOfTheWrongSignIsNotReversing) {
   const auto from_rest = [](double t) {
     return Motion{1.5 * std::clamp(t - 2.0, 0.0, 1.0), t < 4.0 ? 0.0 : 0.3 * std::sin(1.3 * t)};
   };

@@ -1,4 +1,4 @@
-// Integrity on simulated drives without a fault, however unusual: it raises no flag.
+// Integrity raises no flag on fault-free simulated drives, however unusual.
 #include <map>
 #include <optional>
 
@@ -8,7 +8,7 @@
 namespace odomd::estimator::integrity_test {
 namespace {
 
-TEST(Integrity, HasNothingToSayOfASlalom) {
+TEST(Integrity, RaisesNoFlagInASlalom) {
   for (const bool camera : {false, true}) {
     Drive drive(slalom, {.camera = camera});
     drive.until(60.0);
@@ -19,7 +19,7 @@ TEST(Integrity, HasNothingToSayOfASlalom) {
   }
 }
 
-TEST(Integrity, TakesRestSteadyDrivingAndHeldSteeringForNoFault) {
+TEST(Integrity, RestSteadyDrivingAndHeldSteeringAreNotFaults) {
   using MotionAt = Motion (*)(double t);
   for (const auto& [name, motion] : {
            std::pair<const char*, MotionAt>{
@@ -44,7 +44,7 @@ TEST(Integrity, TakesRestSteadyDrivingAndHeldSteeringForNoFault) {
   }
 }
 
-TEST(Integrity, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
+TEST(Integrity, UnsignedWheelsInReverseAreNotFaults) {
   // Backwards through a slalom, repeatedly braking hard and releasing the brake.
   const auto backwards = [](double t) {
     const Motion ahead = slalom(t);
@@ -86,7 +86,7 @@ TEST(Integrity, FindsTheSignOfUnsignedWheelsAfterEachHalt) {
 
 /// A car whose rear slides out in a corner until it spins: β grows to a right angle and beyond,
 /// while the driver countersteers.
-TEST(Integrity, ASpinIsNoFaultOfTheSteering) {
+TEST(Integrity, ASpinIsNotAFaultOfTheSteering) {
   constexpr double spin_s = 3.0;
   const double l = Vehicle{}.wheelbase();
   const double into = std::atan(l * 3.0 / 2.4);  // δ [rad]

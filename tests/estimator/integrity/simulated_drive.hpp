@@ -1,4 +1,4 @@
-// A simulated drive for the integrity, with sensors that fail on demand.
+// A simulated drive for the integrity tests, with sensors that fail on demand.
 #pragma once
 
 #include <functional>
@@ -42,7 +42,7 @@ inline std::optional<double> sound(Source, double, double value) {
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
-  /// With the speed of the rear axle, the only sensor of the car's own.
+  /// The only sensor on the car besides the speed of the rear axle.
   std::optional<Source> alone = std::nullopt;
   std::optional<double> direction = std::nullopt;  ///< its constant value
   double outliers = 0.0;  ///< share of the camera's poses; up to 2 m off in x, y

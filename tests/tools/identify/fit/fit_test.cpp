@@ -1,5 +1,5 @@
 // The fit on a short simulated drive, and its errors for unsuitable ones.
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/fit/drive.hpp"

@@ -1,10 +1,10 @@
-// The predicted samples of the car's motion sensors, with their derivatives.
+// Measurement models: predicted samples of the car's motion sensors, with their derivatives.
 //
 // docs/model.md, "Measurements".
 #pragma once
 
 #include "estimator/common/vehicle.hpp"
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
@@ -13,8 +13,8 @@ namespace odomd::estimator::full {
 [[nodiscard]] Prediction predict_yaw_rate(const State& state, double sigma,
                                           double advanced_s = 0.0) noexcept;
 
-/// A wheel's share of the force on the car, relative to a driven wheel's share when it drives. All
-/// four wheels brake, each with half the share of one of two driven wheels.
+/// A wheel's share of the force on the car, relative to that of a driven wheel under power. Under
+/// braking all four wheels share the force, each with half the share of one of two driven wheels.
 [[nodiscard]] constexpr double slip_share(Driven driven, Source source, double force) noexcept {
   if (force > 0.0) {
     return is_driven(driven, source) ? 1.0 : 0.0;

@@ -1,5 +1,5 @@
 // docs/model.md, "Measurements".
-#include "estimator/ekf/predict.hpp"
+#include "estimator/ekf/measurement_models.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -98,7 +98,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
     }
   }
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
-  // A driven tyre that slides to the side also spins.
+  // A driven tyre that slides sideways also spins.
   const double sideways = across * c - along * s;
   const double spinning =
       is_driven(model.car.driven, source) && knows_speed(model.car.driven, state)

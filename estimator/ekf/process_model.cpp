@@ -1,5 +1,5 @@
 // docs/model.md, "Process".
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -25,7 +25,7 @@ double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 
-/// Process noise of the random walks; a dispute fades.
+/// Adds the process noise of the random walks, and lets a dispute fade.
 void add_walks(const CarModel& model, double dt, State& state) noexcept {
   const Tuning& tuning = model.tuning;
   state.disputed *= std::max(1.0 - 0.5 * dt / tuning.disputed_s, 0.0);

@@ -1,11 +1,11 @@
 // Compares the process model with automatic differentiation and with its parts.
-#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/process_model.hpp"
 
 #include "derivatives.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/gtest.hpp"
 
-namespace odomd::estimator::full::testing::process_test {
+namespace odomd::estimator::full::testing::process_model_test {
 namespace {
 
 using estimator::testing::jacobian;
@@ -124,11 +124,11 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
   }
 }
 
-TEST(Process, StepAndJacobianAreThoseOfAutomaticDifferentiation) {
+TEST(Process, StepAndJacobianMatchAutomaticDifferentiation) {
   expect_step_of_automatic_differentiation({});
 }
 
-TEST(Process, OfTyresThatSaturateToo) {
+TEST(Process, StepAndJacobianAreRightForSaturatingTyres) {
   // Model and Jacobian are implicit in v_y and ψ̇, with the secant stiffness held as at the step's
   // start.
   CarModel model;
@@ -137,14 +137,14 @@ TEST(Process, OfTyresThatSaturateToo) {
   expect_step_of_automatic_differentiation(model);
 }
 
-TEST(Process, WithoutASteeringItsOffsetMeansNothing) {
+TEST(Process, WithoutSteeringItsOffsetHasNoEffect) {
   State state = grid_of_states().back();
   EXPECT_NEAR(moving(state, {0.3, true}).front_wheel, 0.3 - 0.01 + 0.1, 1e-15);
   EXPECT_NEAR(moving(state, {0.3, false}).front_wheel, 0.1, 1e-15);
   EXPECT_NEAR(moving(state, {0.3, false}).stiffness, 0.8, 1e-15);
 }
 
-TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
+TEST(Process, CovarianceIsPropagatedWithTheFullJacobian) {
   const CarModel model;
   for (State state : grid_of_states()) {
     const Input input{state.front_wheels, true};
@@ -182,7 +182,7 @@ TEST(Process, NoiseIsADensity) {
   }
 }
 
-TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
+TEST(Process, GaussMarkovErrorsReachTheirStationaryVariance) {
   // Gauss-Markov processes reach their stationary variance after a while, at any period.
   for (const double period_s : {0.001, 0.02}) {
     CarModel model;
@@ -202,7 +202,7 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
   }
 }
 
-TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
+TEST(Process, TyreModelErrorGrowsWithTheCubeOfTheForce) {
   CarModel model;
   double softness_sigma = model.tuning.softness;
   const auto grown = [&](double side_accel) {
@@ -235,7 +235,7 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / unknown), model.tuning.side_slip_grip, 0.02);
 }
 
-TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
+TEST(Process, AtStandstillOnlyRandomWalksGrow) {
   State state = grid_of_states().back();
   state.covariance = some_covariance();
   state.slow = some_slow_errors();
@@ -255,7 +255,7 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
               1e-12);
 }
 
-TEST(BrushTyre, IsLinearWhereItHardlySlips) {
+TEST(BrushTyre, IsLinearAtSmallSlip) {
   EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // always, with unlimited grip
   EXPECT_EQ(secant_stiffness(20.0, 0.0, 1.0 / 9.0, 1.5).stiffness, 20.0);
   EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 1.0 / 9.0, 1.5).stiffness, 20.0, 1e-4);
@@ -307,4 +307,4 @@ TEST(BrushTyre, ItsDerivativesByTheSoftnessAreThoseOfDifferences) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::testing::process_test
+}  // namespace odomd::estimator::full::testing::process_model_test
