@@ -66,7 +66,7 @@ tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_file
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
 tools/export: daemon/diagnostics can_protocol/decode estimator/common daemon/core tools/cli
     tools/drive_files tools/replay tools/bridge
-tools/config_patch: daemon/diagnostics base daemon/core tools/cli
+tools/config_patch: daemon/diagnostics daemon/core tools/cli
 tools/sim/car: base estimator/common tools/math tools/cli
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/cli tools/sim/car
