@@ -50,13 +50,12 @@ daemon: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decod
 
 tools/math: estimator/common
 tools/cli: base shm_api daemon/core
+tools/diagnostics: daemon/diagnostics tools/cli
 tools/drive_files: daemon/diagnostics base can_protocol can_protocol/sources estimator/common estimator/integrity
-    shm_api/include/odom daemon/core tools/cli
+    shm_api/include/odom daemon/core tools/cli tools/diagnostics
 tools/chart: tools/cli
-tools/diagnostics: daemon/diagnostics estimator/common daemon/core tools/math tools/cli
-    tools/drive_files
 tools/replay: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
-    estimator/common daemon/core tools/cli tools/drive_files tools/diagnostics
+    estimator/common daemon/core tools/math tools/cli tools/drive_files tools/diagnostics
 tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
     tools/diagnostics tools/replay
 tools/live: base can_protocol can_protocol/sources estimator/common shm_api/include/odom
@@ -67,7 +66,7 @@ tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_file
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
 tools/export: daemon/diagnostics can_protocol/decode estimator/common daemon/core tools/cli
     tools/drive_files tools/replay tools/bridge
-tools/config_patch: daemon/diagnostics base daemon/core tools/cli
+tools/config_patch: daemon/diagnostics daemon/core tools/cli
 tools/sim/car: base estimator/common tools/math tools/cli
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/cli tools/sim/car

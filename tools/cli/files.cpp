@@ -1,5 +1,8 @@
 #include "tools/cli/files.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <iostream>
 #include <iterator>
@@ -134,6 +137,11 @@ WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_
     written_ += ".partial";
   }
   if (place_ != standard_output) output_ = open_output_for(file, written_);
+  struct stat replaced {};
+  if (written_ == place_ || ::stat(place_.c_str(), &replaced) != 0) return;
+  // If the owner cannot be kept, the file must at least stay readable to the same users.
+  static_cast<void>(::chown(written_.c_str(), replaced.st_uid, replaced.st_gid) == 0);
+  static_cast<void>(::chmod(written_.c_str(), replaced.st_mode & 07777U) == 0);
 }
 
 WholeFile::~WholeFile() {

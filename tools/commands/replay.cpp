@@ -9,7 +9,6 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
@@ -18,7 +17,7 @@
 #include "tools/replay/log_options.hpp"
 #include "tools/replay/recording.hpp"
 #include "tools/replay/replay_checks.hpp"
-#include "tools/replay/replay_json.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {

@@ -67,8 +67,8 @@ class Patch {
     verify();
   }
 
-  /// The present value.
-  [[nodiscard]] std::optional<ConfigValue> there() {
+  /// The current value.
+  [[nodiscard]] std::optional<ConfigValue> current() {
     const toml::node* const node = find();
     if (node == nullptr) return std::nullopt;
     const std::optional<double> number = node->value<double>();
@@ -233,7 +233,7 @@ class Patch {
 std::optional<ConfigValue> value_in(const std::string& text, const std::filesystem::path& file,
                                     const std::string& key) {
   std::string same = text;
-  return Patch(same, file, {.key = key}).there();
+  return Patch(same, file, {.key = key}).current();
 }
 
 std::string patched(const std::string& text, const std::filesystem::path& file,

@@ -22,15 +22,15 @@ struct ConfigValue {
 };
 
 /// The text with the numbers: an existing value is replaced in place, a missing one is added to its
-/// [table] or inline table, a missing table is added at the end. Numbers have the shortest form
-/// that reads back to the same bits. Throws std::invalid_argument, naming file, line and key, if
-/// the text is not TOML, a key is not a number, or a number cannot be inserted because its table is
-/// written as dotted keys or only implied by a [table.below].
+/// [table] or inline table, and a missing table is added at the end. Numbers are written in the
+/// shortest form that reads back to the same bits. Throws std::invalid_argument, naming file, line
+/// and key, if the text is not TOML, a key is not a number, or a number cannot be inserted because
+/// its table is written as dotted keys or only implied by a [table.below].
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
-/// The present number with odom's note about it; the note may be empty. The result is empty if the
-/// key is missing. Throws like patched().
+/// The current number, with odom's note about it, if there is one. Nothing if the key is missing.
+/// Throws like patched().
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
                                                   const std::filesystem::path& file,
                                                   const std::string& key);
@@ -42,12 +42,12 @@ struct ConfigValue {
 [[nodiscard]] daemon::Config config_with(const daemon::Config& config,
                                          std::span<const ConfigValue> values);
 
-/// Throws what patch_config would throw about the file itself: missing, not a regular file, not
-/// TOML, or in a folder that cannot be written (std::runtime_error).
+/// Throws what patch_config would throw about the file itself: that it is missing, not a regular
+/// file, not TOML or write-protected, or that its folder cannot be written.
 void check_patchable(const std::filesystem::path& file);
 
-/// Patches a file completely or not at all. If the result does not load as a configuration, writes
-/// nothing and throws the reason. Mode, owner and symbolic links are kept.
+/// Patches a file completely or not at all: if the result does not load as a configuration, nothing
+/// is written, and the reason is thrown. Mode, owner and symbolic links are kept.
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values);
 
 }  // namespace odomd::tools

@@ -45,14 +45,15 @@ bool has_id(const can::BoundMessage& message, std::uint32_t id) {
   return ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// Compares a message's rate on one bus with the database's. The replay compares it with timeouts.
+// Compares the rate of a message on one bus with that in the database. The replay compares it with
+// the timeouts.
 std::optional<Diagnostic> check_rate(const can::BoundMessage& message, const Identifier& seen) {
   constexpr const diagnostics::Kind& off = kind("other_rate");
   if (seen.rate_hz <= 0.0 || message.cycle_time_ns <= 0) return std::nullopt;
   const double usual_hz = 1e9 / static_cast<double>(message.cycle_time_ns);
   if (off.limits.hold(seen.rate_hz / usual_hz)) return std::nullopt;
   return found(off, fmt::format("message '{}' on {}", message.name, seen.bus),
-               fmt::format("comes {:.3g} times a second, by the database {:.3g} times",
+               fmt::format("comes {:.3g} times a second, {:.3g} times according to the database",
                            seen.rate_hz, usual_hz),
                fmt::format("BA_ \"GenMsgCycleTime\" BO_ {} {:.0f};",
                            can::frame_key(message.id, message.format), 1e3 / seen.rate_hz));
@@ -213,7 +214,7 @@ Diagnostics examine_traffic(const Drive& drive) {
     const can::IdFormat swapped = other(message.format);
     if (!comes_as(message, message.format) && comes_as(message, swapped)) {
       all.push_back(found(kind("other_id_format"), fmt::format("message '{}'", message.name),
-                          fmt::format("comes as {}, by the database it is {}",
+                          fmt::format("comes as {}, but is {} in the database",
                                       id_text(message, swapped), id_text(message, message.format)),
                           std::to_string(can::frame_key(message.id, swapped))));
       continue;

@@ -1,4 +1,4 @@
-// Examines CAN buses: whether an interface can carry the car's frames, and whether its traffic
+// Examines CAN buses: whether an interface can receive the car's frames, and whether its traffic
 // matches the configuration and the databases.
 #pragma once
 
@@ -27,10 +27,10 @@ struct Link {
   std::optional<can::Controller> controller;  ///< none: a virtual interface
 };
 
-/// Nothing if there is no such interface. For one thread at a time, like can::read_controller().
+/// Nothing if there is no such interface. Not thread-safe, like can::read_controller().
 [[nodiscard]] std::optional<Link> read_link(const std::string& interface);
 
-/// CAN FD if a mapped message is sent in this format.
+/// CAN FD if a mapped message needs it.
 [[nodiscard]] can::FrameProtocol needed_protocol(const daemon::Config& config,
                                                  std::span<const can::Database> databases);
 
@@ -38,8 +38,8 @@ struct Link {
     const std::string& interface, const std::optional<Link>& link,
     can::FrameProtocol needed = can::FrameProtocol::classic);
 
-/// Records interfaces for a time, or until an interrupt, as a drive in CLOCK_MONOTONIC without
-/// camera and reference. Throws std::invalid_argument or std::system_error for a wrong
+/// Records interfaces for a time, or until an interrupt, as a drive without camera and reference
+/// whose clock is CLOCK_MONOTONIC. Throws std::invalid_argument or std::system_error for a wrong
 /// configuration or interface.
 [[nodiscard]] Drive listen(const std::filesystem::path& config,
                            const std::vector<std::string>& interfaces,
@@ -59,14 +59,13 @@ struct Identifier {
 [[nodiscard]] std::vector<Identifier> identifiers_of(const Drive& drive);
 
 /// Reports a listen-only interface that receives nothing, or only one frame repeatedly: a sender
-/// whose frame nobody acknowledges repeats it without a pause, but stays on the bus.
+/// repeats a frame that no node acknowledges without a pause, and stays on the bus.
 [[nodiscard]] diagnostics::Diagnostics examine_acknowledgement(const std::string& interface,
                                                                const Link& link,
                                                                const Drive& heard);
 
-/// Reports if no frame came, and mapped messages that are missing, come with the other format of
-/// their identifier, at another rate, too short, or fail their protection. Not unmapped
-/// identifiers.
+/// Reports that no frame came, or mapped messages that are missing, have the other format of
+/// identifier or another rate, are too short, or fail their protection.
 [[nodiscard]] diagnostics::Diagnostics examine_traffic(const Drive& drive);
 
 }  // namespace odomd::tools::doctor

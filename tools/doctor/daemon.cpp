@@ -26,9 +26,9 @@ using diagnostics::found;
 using diagnostics::Kind;
 using tools::kind;
 
-constexpr double settled_s = 3.0;              // uptime by which every message has come
-constexpr double silent_s = 2.0;               // no bus and no camera pauses that long
-constexpr std::uint64_t enough_samples = 500;  // of a source, to judge its innovations
+constexpr double settled_s = 3.0;           // uptime after which every message has arrived
+constexpr double silent_s = 2.0;            // longer than any pause of a bus or a camera
+constexpr std::uint64_t min_samples = 500;  // of a source whose innovations are judged
 
 template <typename Names>
 std::optional<std::size_t> index_in(const Names& names, const std::string& name) {
@@ -37,7 +37,8 @@ std::optional<std::size_t> index_in(const Names& names, const std::string& name)
   return static_cast<std::size_t>(at - names.begin());
 }
 
-// "odomd@can0" for a service's segment "/run/odomd/can0/pose"; empty if started by hand.
+// "odomd@can0" for the segment "/run/odomd/can0/pose" of a service; empty if odomd was started by
+// hand.
 std::string service_of(const StatusValue& status) {
   constexpr std::string_view folder = "/run/odomd/";
   const std::string segment = status["shm"].text();
@@ -51,7 +52,7 @@ void examine_version(const StatusValue& status, Diagnostics& all) {
   if (version == ODOMD_VERSION) return;
   const std::string service = service_of(status);
   all.push_back(found(kind("other_version"), "odomd",
-                      fmt::format("is of version {}, odom of {}", version, ODOMD_VERSION),
+                      fmt::format("has version {}, odom has {}", version, ODOMD_VERSION),
                       service.empty() ? "odomd@can0" : service));
 }
 
@@ -104,7 +105,7 @@ void examine_beat(const StatusValue& status, Diagnostics& all) {
 
 enum class Traffic { none, comes, ended };
 
-// Reports faults of the buses' traffic as a whole, and returns whether frames come.
+// Reports faults of the whole traffic on the buses, and returns whether frames arrive.
 Traffic examine_buses(const StatusValue& status, Diagnostics& all) {
   Traffic traffic = Traffic::none;
   bool ended = false;
@@ -128,7 +129,7 @@ Traffic examine_buses(const StatusValue& status, Diagnostics& all) {
     examine_losses(kind("controller_overflows"), "controller_overflows");
   }
   if (ended) return Traffic::ended;
-  // Frames have come; the age of the newest mapped one shows whether they still do.
+  // Frames have arrived; the age of the newest mapped one shows whether they still arrive.
   double youngest_s = std::numeric_limits<double>::infinity();
   for (const StatusValue& message : status["messages"].elements())
     youngest_s =
@@ -153,7 +154,8 @@ void examine_messages(const StatusValue& status, Diagnostics& all) {
   }
 }
 
-// Reports each wiring or configuration mistake once for its sources; returns whether any exists.
+// Reports each wiring or configuration mistake once for all its sources, and returns whether it
+// found one.
 bool examine_wiring(const StatusValue& status, Diagnostics& all) {
   bool any = false;
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {
@@ -174,17 +176,14 @@ std::optional<diagnostics::Diagnostic> check_statistics(const StatusValue& sourc
   const StatusValue innovations = source["innovations"];
   const double dimension = innovations["dimension"].value();
   const auto index = index_in(estimator::source_names, name);
-  if (dimension == 0.0 || !index ||
-      innovations["count"].value() < static_cast<double>(enough_samples))
+  if (dimension == 0.0 || !index || innovations["count"].value() < static_cast<double>(min_samples))
     return std::nullopt;
-  constexpr const Kind& gated = kind("often_gated");
-  const double share = innovations["gated"].value() / innovations["count"].value();
-  if (!gated.limits.hold(share))
-    return found(gated, name,
-                 fmt::format("{:.0f} % of its samples were gated, too far from what the filter "
-                             "expected by the others",
-                             100.0 * share),
-                 std::string{what_to_check(static_cast<estimator::Source>(*index))});
+  const auto count_of = [&](const char* key) {
+    return static_cast<std::uint64_t>(innovations[key].value());
+  };
+  if (auto gated = check_gating(static_cast<estimator::Source>(*index), name, count_of("gated"),
+                                count_of("count")))
+    return gated;
   constexpr const Kind& sigma = kind("sigma_off");
   const double ratio = innovations["mean_nis"].value(dimension) / dimension;
   if (sigma.limits.hold(ratio)) return std::nullopt;

@@ -28,47 +28,30 @@ using diagnostics::Diagnostics;
 using diagnostics::found;
 using estimator::Source;
 
-// Findings that are only consequences if the drive also has a cause.
-constexpr std::array consequences{&kind("bias_unlearnt"),      &kind("model_fault"),
-                                  &kind("out_of_range"),       &kind("scale_implausible"),
-                                  &kind("contradicts_others"), &kind("inconsistent"),
-                                  &kind("often_gated"),        &kind("clocks_differ"),
-                                  &kind("other_drive"),        &kind("frozen")};
+consteval auto kinds(auto... names) {
+  return std::array{&kind(names)...};
+}
+// If a drive has one of the causes, the consequences are not reported.
+constexpr auto causes =
+    kinds("mass_unlike_a_car", "inertia_unlike_a_car", "track_unlike_a_car",
+          "stiffness_unlike_a_tyre", "wrong_sign", "left_right_swapped", "front_rear_swapped",
+          "axes_swapped", "wrong_unit", "camera_mirrored", "camera_wrong_unit", "runs_backwards",
+          "scale_off", "positions_in_millimetres", "positions_in_centimetres", "yaw_in_degrees",
+          "camera_turns_unrelated", "camera_outside_log", "source_unused", "latency_off");
+constexpr auto consequences =
+    kinds("bias_unlearnt", "model_fault", "out_of_range", "scale_implausible", "contradicts_others",
+          "inconsistent", "often_gated", "clocks_differ", "other_drive", "frozen");
+constexpr auto wrong_mass = kinds("mass_unlike_a_car");
+constexpr auto consequences_of_mass =
+    kinds("inertia_unlike_a_car", "track_unlike_a_car", "stiffness_unlike_a_tyre");
 
-bool is_consequence(const Diagnostic& one) {
-  return std::ranges::find(consequences, one.kind) != consequences.end();
+auto is_among(const auto& kinds) {
+  return
+      [&kinds](const Diagnostic& one) { return std::ranges::find(kinds, one.kind) != kinds.end(); };
 }
 
-bool is_cause(const Diagnostic& one) {
-  constexpr std::array causes{&kind("mass_unlike_a_car"),
-                              &kind("inertia_unlike_a_car"),
-                              &kind("track_unlike_a_car"),
-                              &kind("stiffness_unlike_a_tyre"),
-                              &kind("wrong_sign"),
-                              &kind("left_right_swapped"),
-                              &kind("front_rear_swapped"),
-                              &kind("axes_swapped"),
-                              &kind("wrong_unit"),
-                              &kind("camera_mirrored"),
-                              &kind("camera_wrong_unit"),
-                              &kind("runs_backwards"),
-                              &kind("scale_off"),
-                              &kind("positions_in_millimetres"),
-                              &kind("positions_in_centimetres"),
-                              &kind("yaw_in_degrees"),
-                              &kind("camera_turns_unrelated"),
-                              &kind("camera_outside_log"),
-                              &kind("source_unused"),
-                              &kind("latency_off")};
-  return std::ranges::find(causes, one.kind) != causes.end();
-}
-
-bool follows_from_mass(const Diagnostic& one) {
-  return one.kind == &kind("inertia_unlike_a_car") || one.kind == &kind("track_unlike_a_car") ||
-         one.kind == &kind("stiffness_unlike_a_tyre");
-}
-
-// Appends the diagnostics whose kind and subject are not in `to` yet.
+// Appends the diagnostics that are not in `to` yet: those with another kind or subject or, if they
+// have no subject, with another finding.
 void append_new(Diagnostics& to, const Diagnostics& others) {
   for (const Diagnostic& one : others)
     if (std::ranges::none_of(to, [&](const Diagnostic& other) {
@@ -88,19 +71,20 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
     return values;
   };
   constexpr double degrees = 180.0 / std::numbers::pi;
-  const double way = std::max(white_sigma(all(&PoseSample::x)), white_sigma(all(&PoseSample::y)));
-  const double turn = white_sigma(all(&PoseSample::yaw));
+  const double scatter =
+      std::max(white_sigma(all(&PoseSample::x)), white_sigma(all(&PoseSample::y)));
+  const double scatter_yaw = white_sigma(all(&PoseSample::yaw));
   const double sigma =
       std::max(median_of(all(&PoseSample::sigma_x)), median_of(all(&PoseSample::sigma_y)));
   const double sigma_yaw = median_of(all(&PoseSample::sigma_yaw));
   constexpr double far = 4.0;
-  if (way < far * sigma && turn < far * sigma_yaw) return std::nullopt;
+  if (scatter < far * sigma && scatter_yaw < far * sigma_yaw) return std::nullopt;
   return found(kind("sigma_off"), "camera",
                fmt::format("its poses scatter by {:.2g} m and {:.2g} deg, their sigmas are {:.2g} "
                            "m and {:.2g} deg",
-                           way, degrees * turn, sigma, degrees * sigma_yaw),
+                           scatter, degrees * scatter_yaw, sigma, degrees * sigma_yaw),
                fmt::format("the sigmas of its poses by {:.2g} (x, y) and {:.2g} (yaw)",
-                           std::max(way / sigma, 1.0), std::max(turn / sigma_yaw, 1.0)));
+                           std::max(scatter / sigma, 1.0), std::max(scatter_yaw / sigma_yaw, 1.0)));
 }
 
 /// Reports a signal that repeatedly stays at its largest magnitude.
@@ -117,7 +101,7 @@ std::optional<Diagnostic> check_range(const SignalLog& log, Source source) {
     if (i - from >= run) ++runs, samples += i - from;
     from = i + 1;
   }
-  // A coarse signal repeats its other values, too.
+  // A coarse signal also repeats its other values.
   std::size_t others = 0, same = 1;
   for (std::size_t i = 1; i < series.size(); ++i) {
     same = series.value[i] == series.value[i - 1] ? same + 1 : 1;
@@ -129,9 +113,9 @@ std::optional<Diagnostic> check_range(const SignalLog& log, Source source) {
                            samples, series.size()));
 }
 
-// Faults for which the replay would accuse another sensor: camera sigmas that do not match its
-// scatter, and sensors at the end of their range.
-Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
+// Finds faults that the replay would blame on another sensor: camera sigmas that do not match the
+// scatter of its poses, and sensors at the end of their range.
+Diagnostics find_hidden_faults(const Drive& drive, const SignalLog& log) {
   Diagnostics all;
   if (auto scatter = check_scatter(drive, log)) all.push_back(std::move(*scatter));
   for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y})
@@ -139,8 +123,8 @@ Diagnostics find_culprits(const Drive& drive, const SignalLog& log) {
   return all;
 }
 
-/// Delay of the steering's stamps: the response time in [steering] less the measured one. A lower
-/// bound, since the actuator may be slower.
+/// The delay of the steering's stamps: the response time in [steering] minus the measured one. It
+/// is a lower bound, since the actuator may be slower.
 SourceOffset offset_of(const SteeringResponse& response,
                        const estimator::SteeringActuator& configured) {
   return {Source::steering,
@@ -151,12 +135,12 @@ SourceOffset offset_of(const SteeringResponse& response,
           response.failure};
 }
 
-// Looks for faults that hide others first, then for signs and scales that the replay does not
-// compare, then for latencies. A late sensor, if found, replaces the finding that the camera's
-// poses and the gyro's turns differ in time.
+// Looks first for faults that hide others, then for wrong signs and scales that the replay does not
+// find, and last for latencies. If a late sensor is found, it replaces the finding that the
+// camera's poses and the gyro's turns differ in time.
 DriveExamination compare_sensors(const Drive& drive) try {
   const SignalLog log = signals_of(drive);
-  DriveExamination compared{find_culprits(drive, log), {}};
+  DriveExamination compared{find_hidden_faults(drive, log), {}};
   if (!compared.diagnostics.empty()) return compared;
   const auto wrong = find_disagreement(drive.config, log, drive.cameras);
   const bool is_other_scale = wrong && wrong->kind == &kind("scale_off");
@@ -204,15 +188,15 @@ DriveExamination examine_drive(const Drive& drive) {
     if (traffic.empty()) throw;
     return examination;  // no frame to replay
   }
-  if (std::ranges::none_of(all, is_cause)) {
+  if (std::ranges::none_of(all, is_among(causes))) {
     const auto [compared, note] = compare_sensors(drive);
-    if (!compared.empty()) std::erase_if(all, is_consequence);
+    if (!compared.empty()) std::erase_if(all, is_among(consequences));
     append_new(all, compared);
     if (!note.empty()) examination.note += (examination.note.empty() ? "" : "; ") + note;
   }
-  if (std::ranges::any_of(all, is_cause)) std::erase_if(all, is_consequence);
-  const auto is_mass = [](const Diagnostic& one) { return one.kind == &kind("mass_unlike_a_car"); };
-  if (std::ranges::any_of(all, is_mass)) std::erase_if(all, follows_from_mass);
+  if (std::ranges::any_of(all, is_among(causes))) std::erase_if(all, is_among(consequences));
+  if (std::ranges::any_of(all, is_among(wrong_mass)))
+    std::erase_if(all, is_among(consequences_of_mass));
   return examination;
 }
 

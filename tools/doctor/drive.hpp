@@ -1,5 +1,5 @@
-// Replays a drive with its configuration, and checks signs, sides, axles, axes, units and times of
-// its sensors, its camera and its reference.
+// Replays a drive with its configuration, and checks whether its sensors, camera and reference have
+// the right signs, sides, axles, axes, units and times.
 #pragma once
 
 #include <filesystem>
@@ -17,21 +17,21 @@ namespace odomd::tools::doctor {
 
 struct DriveExamination {
   diagnostics::Diagnostics diagnostics;  ///< causes without their consequences
-  std::string note;                      ///< checks that were not possible; may be empty
+  std::string note;  ///< checks that were not possible, and guesses of odom init
 };
 
 /// How many lines of a configuration odom init has marked as guesses, in words; empty for none.
 [[nodiscard]] std::string guesses_in(const std::filesystem::path& config);
 
-/// Faults of a drive in its configuration, its traffic (examine_traffic() in bus.hpp), and in the
-/// replay. Throws std::invalid_argument if the drive cannot be replayed.
+/// Finds faults of a drive: in its configuration, in its traffic (examine_traffic() in bus.hpp) and
+/// in its replay. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 
 // Its parts: checks of the sensors beyond the replay.
 
-/// Finds the sensor with a wrong scale: compares the wheels' distances, the turns from gyro, wheels
-/// and steering, and the accelerations with the camera's poses, or the reference's, or each other.
-/// The result is the factor on one sensor, an axle's wheels or all wheels that explains the
+/// Finds the sensor with a wrong scale. Compares distances of the wheels, turns from gyro, wheels
+/// and steering, and accelerations with the poses of camera or reference, and with each other. The
+/// result is the factor on one sensor, the wheels of an axle or all wheels that explains the
 /// comparisons best (scales.cpp). Nothing if no factor is certain and distinct.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_wrong_scale(const Drive& drive,
                                                                       const SignalLog& log);
@@ -39,8 +39,8 @@ struct DriveExamination {
 // Finds sensors whose stated latency is wrong, and camera poses that are not on the bus's clock
 // (latencies.cpp).
 
-/// Reports each source whose offset against the gyro is too large, or only the gyro if all others
-/// are off alike and a wrong latency of the gyro explains that.
+/// Reports each source whose time offset to the gyro is too large, or only the gyro if its wrong
+/// latency explains equal offsets of all others.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
 

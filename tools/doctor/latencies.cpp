@@ -20,25 +20,27 @@ using diagnostics::found;
 using estimator::Source;
 
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");
-constexpr double chance = 3.0;         // standard uncertainties
-constexpr double known_below = 0.005;  // standard uncertainty [s]; larger ones mislead
-constexpr double known_of_steering = 0.02;
+constexpr double max_sigmas = 3.0;  // standard uncertainties
+constexpr double max_sigma =
+    0.005;  // standard uncertainty [s]; less certain offsets are not judged
+constexpr double max_sigma_of_steering = 0.02;
 
 bool is_steering(const SourceOffset& one) {
   return one.source == Source::steering;
 }
 
-// Steering: the wheels respond earlier than [steering] says. If later, the actuator may be slower.
+// The steering is off only if the wheels respond earlier than [steering] says: if they respond
+// later, the actuator may be slower.
 bool is_off(const SourceOffset& one) {
-  if (is_steering(one)) return one.offset > chance * one.sigma;
-  return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
+  if (is_steering(one)) return one.offset > max_sigmas * one.sigma;
+  return !off_kind.limits.hold(std::fabs(one.offset) - max_sigmas * one.sigma);
 }
 
 bool is_judged(const SourceOffset& one) {
-  return one.failure.empty() && one.sigma < (is_steering(one) ? known_of_steering : known_below);
+  return one.failure.empty() && one.sigma < (is_steering(one) ? max_sigma_of_steering : max_sigma);
 }
 
-// Signals of one message are sampled together: either all are late, or the estimate is wrong.
+// The signals of one message are sampled together: if not all are late, the estimate is wrong.
 bool is_late_as_a_whole(const daemon::Config& config, const SourceOffset& one,
                         std::span<const SourceOffset> offsets) {
   const can::SignalBinding* const own = binding_of(config, one.source);
@@ -67,11 +69,11 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                   std::max(stated + offset, 0.0)));
 }
 
-/// Whether the gyro is at fault if all other sources are off alike: sensors of several kinds agree,
-/// or the rule that no latency is negative decides for the gyro.
-bool is_the_gyros(const daemon::Config& config, std::span<const SourceOffset> judged,
-                  double offset) {
-  // The wheels of an axle are measured by their difference, and count once.
+/// Whether equal offsets of all other sources are the gyro's fault: sensors of several kinds agree,
+/// or the latencies of the others would be negative otherwise.
+bool is_fault_of_gyro(const daemon::Config& config, std::span<const SourceOffset> judged,
+                      double offset) {
+  // All sources but the camera count as one kind: wheels are measured by the difference of an axle.
   const auto is_camera = [](const SourceOffset& one) { return one.source == Source::camera; };
   if (std::ranges::any_of(judged, is_camera) && !std::ranges::all_of(judged, is_camera))
     return true;
@@ -106,7 +108,7 @@ Diagnostics examine_latencies(const daemon::Config& config, std::span<const Sour
   if (!sensors.empty() && std::ranges::all_of(sensors, is_off)) {
     const auto [least, most] = std::ranges::minmax(sensors, {}, &SourceOffset::offset);
     const double mean = 0.5 * (least.offset + most.offset);
-    if (off_kind.limits.hold(most.offset - least.offset) && is_the_gyros(config, sensors, mean))
+    if (off_kind.limits.hold(most.offset - least.offset) && is_fault_of_gyro(config, sensors, mean))
       return {of_sensor(config, Source::yaw_rate, -mean)};
   }
   Diagnostics all;

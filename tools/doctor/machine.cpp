@@ -13,7 +13,7 @@ namespace {
 using diagnostics::Kind;
 using tools::kind;
 
-// Whether reading the clock takes a system call or a slow device.
+// Whether reading the clock needs a system call or a slow device.
 bool is_slow(std::string_view clock) {
   constexpr std::array<std::string_view, 6> slow{"hpet", "acpi_pm", "jiffies", "refined-jiffies",
                                                  "pit",  "xen"};

@@ -1,5 +1,5 @@
-// Examines the machine that odomd runs on, or will run on: causes of late ticks, and the right to
-// read the pose; and a running daemon by its status.
+// Examines the machine that odomd runs on, or will run on, for causes of late ticks and for the
+// right to read the pose; and a running daemon by its status.
 #pragma once
 
 #include <cstdint>
@@ -44,25 +44,25 @@ struct Machine {
   double free_gb = 100.0;  ///< free space in `folder`
 };
 
-/// `root` is "/", or a copy of /etc, /proc and /sys for tests. Missing entries count as sound: a
-/// machine without cpufreq has no governor.
+/// `root` is "/", or in tests a folder with copies of /etc, /proc and /sys. Missing entries are no
+/// fault: a machine without cpufreq has no governor.
 [[nodiscard]] Machine read_machine(const std::filesystem::path& root = "/");
 
 /// odomd's requirements on the machine.
 struct Needs {
   int priority = daemon::RealtimeConfig{}.priority;
   int receive_buffer = daemon::CanConfig{}.receive_buffer;
-  bool is_granted = false;  ///< a daemon runs: its status reports the rights that it has
+  bool is_granted = false;  ///< a daemon runs, whose status reports its rights
 };
 
 [[nodiscard]] diagnostics::Diagnostics examine_machine(const Machine& machine,
                                                        const Needs& needs = {});
 
 /// Examines a running daemon: rights that the machine refused, its beat, buses, sources and camera.
-/// `status` is the document of the status socket; `machine` shows whose limits to raise. Causes are
-/// reported without their consequences: no late beat without real-time priority, no overdue signal
-/// of a silent bus. The interfaces themselves are left to examine_link() (bus.hpp). Throws a
-/// nlohmann::json::exception if a member has the wrong type.
+/// `status` is the document of the status socket; `machine` has the user whose limits to raise.
+/// Causes are reported without their consequences: a beat without real-time priority is not called
+/// late, a signal of a silent bus not overdue. examine_link() (bus.hpp) examines the interfaces.
+/// Throws a nlohmann::json::exception if a member has the wrong type.
 [[nodiscard]] diagnostics::Diagnostics examine_daemon(const nlohmann::json& status,
                                                       const Machine& machine);
 

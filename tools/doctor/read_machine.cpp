@@ -43,11 +43,9 @@ T number_of(const fs::path& file, T otherwise) {
 }
 
 std::vector<fs::path> entries_of(const fs::path& folder) {
-  std::vector<fs::path> entries;
   std::error_code missing;
-  for (fs::directory_iterator entry(folder, missing), end; !missing && entry != end;
-       entry.increment(missing))
-    entries.push_back(entry->path());
+  const fs::directory_iterator files(folder, missing);
+  std::vector<fs::path> entries(begin(files), end(files));
   std::ranges::sort(entries);
   return entries;
 }
@@ -60,7 +58,7 @@ std::vector<std::string> words_of(const std::string& line, char between) {
   return words;
 }
 
-// The text after "NAME" in a file of lines such as "Groups:\t4 24 27"; "" without such a line.
+// The text after `name` in a file with lines such as "Groups:\t4 24 27"; "" if no line has it.
 std::string after(const fs::path& file, std::string_view name) {
   std::ifstream input(file);
   for (std::string line; std::getline(input, line);) {
@@ -110,7 +108,7 @@ Process read_process(const fs::path& root) {
   return process;
 }
 
-// The hard limit: odomd itself (memlock) or the kernel's rule raises the soft one to it.
+// The hard limit, to which odomd (memlock) or the kernel raises the soft one.
 std::string limit_of(const fs::path& root, std::string_view name) {
   const auto words = words_of(after(root / "proc/self/limits", name), ' ');
   return words.size() > 1 ? words[1] : std::string{};
@@ -158,7 +156,7 @@ void read_sleep(const fs::path& root, Machine& machine) {
   const fs::path device = root / "dev/cpu_dma_latency";
   machine.may_hold_cpus_awake = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (!machine.has_service) return;
-  // The service's user has no other group.
+  // The user of the service is in no other group.
   struct stat status {};
   const auto group = account(root / "etc/group", 0, "odomd");
   machine.may_hold_cpus_awake = ::stat(device.c_str(), &status) == 0 && group.size() > 2 &&

@@ -23,12 +23,12 @@ using diagnostics::kind;
 using Eigen::ArrayXd;
 using estimator::Source;
 
-// Relative error of a sound comparison, from slip, tyres, roll and slopes.
+// Relative errors of comparisons without a fault, from slip, tyres, roll and slopes.
 constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_sigma = 0.1;
-constexpr double usual = 0.07;       // relative error that the filter learns without harm
-constexpr double certain = 9.0;      // least weighted sum of squares that the factor explains
-constexpr double distinct = 4.0;     // least lead over the next best factor, in the same sum
-constexpr std::size_t enough = 100;  // pieces
+constexpr double harmless = 0.07;      // relative error that the filter learns
+constexpr double min_explained = 9.0;  // weighted sum of squares that the factor must explain
+constexpr double min_lead = 4.0;       // lead over the next best factor, in the same sum
+constexpr std::size_t min_pieces = 100;
 
 std::vector<Piece> pieces_between_poses(const Drive& drive, const SignalLog& log) {
   constexpr double longest = 1.5;  // s
@@ -49,7 +49,7 @@ struct Comparison {
 };
 
 struct Power {
-  std::vector<Source> sources;  ///< each has an equal part of the power
+  std::vector<Source> sources;  ///< share the power equally
   double power = 1.0;
 };
 
@@ -68,12 +68,12 @@ void add_median(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x
   if (ratio > 0.0 && std::isfinite(ratio)) add(all, ratio, sigma, powers);
 }
 
-// Compares the magnitudes of y and x: latencies hardly change their ratio. Noise adds to sigma.
+// Compares the magnitudes of y and x, whose ratio latencies hardly change. Noise increases sigma.
 void add_slope(std::vector<Comparison>& all, const ArrayXd& y, const ArrayXd& x, double sigma,
                std::initializer_list<Power> powers) {
-  constexpr double related = 0.8;
+  constexpr double min_correlation = 0.8;
   const Relation relation = relation_of(y, x);
-  if (relation.correlation > related)
+  if (relation.correlation > min_correlation)
     add(all, relation.gain, std::hypot(sigma, std::log(relation.correlation)), powers);
 }
 
@@ -83,7 +83,7 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
   constexpr double stride = 0.05, step = 0.01;  // s
   const double end = log.seconds(log.last_ns);
   std::vector<Piece> pieces = pieces_between_poses(drive, log);
-  const bool has_poses = pieces.size() >= enough;
+  const bool has_poses = pieces.size() >= min_pieces;
   if (!has_poses) pieces = even_pieces(0.0, end, stride);
   const auto on_grid = [&](const Series& series) {
     return resampled(series, log.first_ns, 0.0, end, step);
@@ -111,13 +111,13 @@ std::vector<Comparison> compare(const Drive& drive, const SignalLog& log,
   std::erase_if(
       pieces, [&, i = Eigen::Index{0}](const Piece&) mutable { return all_speeds[i++] < slowest; });
   std::vector<Comparison> all;
-  if (pieces.size() < enough || !log.has(Source::yaw_rate)) return all;
+  if (pieces.size() < min_pieces || !log.has(Source::yaw_rate)) return all;
 
   const std::vector<Source> gyro{Source::yaw_rate};
   const ArrayXd v = mean(speed), turn = mean(on_grid(log.of(Source::yaw_rate)));
   const ArrayXd seen_speed = each([](const Piece&p) { return p.along / p.length(); }),
                 seen_turn = each([](const Piece&p) { return p.turn / p.length(); });
-  std::vector<ArrayXd> middle;  // speed of the axle's middle, from each wheel
+  std::vector<ArrayXd> middle;  // speed of the middle of the axle, from each wheel
   for (const Source wheel : wheels) {
     const double left = wheel_place(car, wheel).left;
     middle.push_back(mean(speed_of(wheel)) + left * (has_poses ? seen_turn : turn));
@@ -183,8 +183,8 @@ std::optional<Diagnostic> find_wrong_scale(const Drive& drive, const SignalLog& 
   const Suspect& worst = suspects[0];
   const auto next = std::ranges::find_if(
       suspects, [&](const Suspect& other) { return other.sources != worst.sources; });
-  if (worst.explained < std::max(certain, next->explained + distinct) ||
-      std::fabs(std::log(worst.factor)) < usual)
+  if (worst.explained < std::max(min_explained, next->explained + min_lead) ||
+      std::fabs(std::log(worst.factor)) < harmless)
     return std::nullopt;
   std::vector<std::string> names;
   for (const Source source : worst.sources) names.push_back(name_of(source));

@@ -5,16 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/drive_files/pose_kinds.hpp"
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/table.hpp"
 
 namespace odomd::tools {
 
 using diagnostics::found;
-using diagnostics::kind;
-using diagnostics::pose_kind;
 
 CsvReader camera_reader(std::istream& input, const std::string& name) {
   return {input, name, names_of<estimator::CameraPose>(camera_columns), LastLine::drop_unended};
@@ -45,7 +42,7 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
       log.poses, [](const auto& pose) { return pose.arrival_ns < pose.capture_ns; });
   if (before_seen > 0)
     log.warnings.push_back(
-        found(pose_kind("camera_columns_exchanged"), file.string(),
+        found(kind("camera_columns_exchanged"), file.string(),
               fmt::format("{} of {} poses arrive before they are captured and cannot be used",
                           before_seen, log.poses.size())));
 
@@ -61,7 +58,7 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
 }
 
 diagnostics::Diagnostic no_camera_pose(const std::filesystem::path& file) {
-  return found(pose_kind("no_camera_pose"), file.string(), "contains no camera pose");
+  return found(kind("no_camera_pose"), file.string(), "contains no camera pose");
 }
 
 }  // namespace odomd::tools

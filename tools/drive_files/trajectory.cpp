@@ -107,7 +107,7 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
 }
 
 TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b, std::int64_t t_ns) {
-  // Differences of times fit a double to the nanosecond; the times themselves need not.
+  // A double represents differences of times to the nanosecond, but not always the times.
   const double share = static_cast<double>(t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
   TrajectoryPoint point;
   point.t_ns = t_ns;

@@ -13,11 +13,11 @@
 #include "tools/chart/picture.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
 namespace odomd::tools {
 namespace {

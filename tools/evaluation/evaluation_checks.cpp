@@ -11,9 +11,9 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
 namespace odomd::tools {
 namespace {

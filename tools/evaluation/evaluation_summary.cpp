@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tools/diagnostics/output.hpp"
-#include "tools/replay/replay_json.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,8 +1,9 @@
 // Compares the proposed signals of a drive with each other.
 //
-// Witnesses of a turn: the difference of an axle's wheels, (v_R - v_L) / track; the gyro; v ·
-// steering angle / wheelbase; and a_y / v. The wheels' labels are certain, so they set the sign;
-// without them the majority does, and positive is taken as left.
+// The yaw rate is (v_R - v_L) / track from the wheels of an axle, the gyro's value, approximately
+// v · steering angle / wheelbase, and a_y / v. Wheels are certainly labelled left and right, so
+// they determine the signs of the others. Without a pair of wheels the majority decides, and
+// positive is assumed to be left.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,10 +22,11 @@ namespace {
 using Eigen::ArrayXd;
 using estimator::Source;
 
-constexpr std::array witnesses{Source::yaw_rate, Source::steering, Source::accel_y};
+/// Each gives something proportional to the yaw rate.
+constexpr std::array turn_sensors{Source::yaw_rate, Source::steering, Source::accel_y};
 
-/// Sets radius and ratios of speeds that come as angular velocities, and converts their series.
-void take_radius(Proposal& proposal, const Car& car) {
+/// Sets radius and ratios of speeds that are sent as angular velocities, and converts their series.
+void apply_radius(Proposal& proposal, const Car& car) {
   for (const Source role : wheel_sources) {
     auto& choice = proposal.of(role);
     if (!choice || !choice->turns()) continue;
@@ -54,17 +56,18 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
     if (std::fabs(ratio - 1.0) <= tolerance)
       choice.reasons.emplace_back("agrees with the other wheels");
     else
-      choice.warnings.push_back(fmt::format("it reads {:.3g} times the wheels' mean", ratio));
+      choice.warnings.push_back(fmt::format("it reads {:.3g} times the mean of the wheels", ratio));
   }
 }
 
 /// Inverts the sign of a signal that contradicts the others.
-void turn(Proposal& proposal, DriveCourse& drive, Source role, std::string_view against) {
+void invert(Proposal& proposal, DriveCourse& drive, Source role, std::string_view against) {
   Choice& choice = *proposal.of(role);
   choice.scale = -choice.scale;
   for (double& value : choice.series.value) value = -value;
   drive.signals.at(estimator::index_of(role)) *= -1.0;
-  choice.reasons.push_back(fmt::format("scale negative: it goes the other way than {}", against));
+  choice.reasons.push_back(
+      fmt::format("scale negative: its sign is opposite to that of {}", against));
 }
 
 std::optional<ArrayXd> wheel_difference(const DriveCourse& drive) {
@@ -73,34 +76,35 @@ std::optional<ArrayXd> wheel_difference(const DriveCourse& drive) {
   return std::nullopt;
 }
 
-/// A witness's values, proportional to the yaw rate.
-ArrayXd shown_by(const DriveCourse& drive, Source role) {
+/// The values of a turn sensor, made proportional to the yaw rate.
+ArrayXd yaw_rate_equivalent(const DriveCourse& drive, Source role) {
   if (role == Source::steering) return drive.of(role) * drive.speed;
   if (role == Source::accel_y) return drive.of(role) / drive.speed;
   return drive.of(role);
 }
 
-void sign_by_wheels(Proposal& proposal, DriveCourse& drive, const ArrayXd& difference) {
-  for (const Source role : witnesses) {
+void set_signs_from_wheels(Proposal& proposal, DriveCourse& drive, const ArrayXd& difference) {
+  for (const Source role : turn_sensors) {
     if (!drive.has(role)) continue;
     Choice& choice = *proposal.of(role);
-    const Relation relation = relation_of(shown_by(drive, role), difference);
+    const Relation relation = relation_of(yaw_rate_equivalent(drive, role), difference);
     if (!relation.clear())
       choice.warnings.emplace_back("the log shows too few turns to compare it with the wheels");
     else if (relation.slope < 0.0)
-      turn(proposal, drive, role, "right less left wheel");
+      invert(proposal, drive, role, "right minus left wheel speed");
     else
-      choice.reasons.emplace_back("turns as right less left wheel do");
+      choice.reasons.emplace_back("its sign agrees with right minus left wheel speed");
   }
 }
 
-void sign_by_majority(Proposal& proposal, DriveCourse& drive) {
-  std::vector<std::pair<Source, Relation>> relations;  // each witness with the first one
+void set_signs_by_majority(Proposal& proposal, DriveCourse& drive) {
+  std::vector<std::pair<Source, Relation>> relations;  // each sensor with the first one
   std::ptrdiff_t sum = 0, clear = 0;
-  for (const Source role : witnesses) {
+  for (const Source role : turn_sensors) {
     if (!drive.has(role)) continue;
     const Source first = relations.empty() ? role : relations[0].first;
-    const Relation relation = relation_of(shown_by(drive, role), shown_by(drive, first));
+    const Relation relation =
+        relation_of(yaw_rate_equivalent(drive, role), yaw_rate_equivalent(drive, first));
     relations.emplace_back(role, relation);
     if (!relation.clear()) continue;
     ++clear;
@@ -112,26 +116,27 @@ void sign_by_majority(Proposal& proposal, DriveCourse& drive) {
   for (const auto& [role, relation] : relations) {
     Choice& choice = *proposal.of(role);
     if (all < 2) {
-      choice.warnings.emplace_back("nothing in the log says whether positive is left");
+      choice.warnings.emplace_back("the log does not show whether positive means left");
     } else if (!relation.clear()) {
       choice.warnings.emplace_back("the log shows too few turns to compare it with the others");
     } else if (undecided) {
       choice.warnings.emplace_back(
-          "gyro and steering disagree about left and right; turn left: both must be positive");
+          "gyro and steering disagree about left and right; in a left turn both must be positive");
     } else if ((relation.slope > 0.0) != (sum > 0)) {
-      turn(proposal, drive, role, "the others");
-      choice.warnings.emplace_back("its sign was set by majority; turn left: it must be positive");
+      invert(proposal, drive, role, "the others");
+      choice.warnings.emplace_back(
+          "its sign was set by majority; in a left turn it must be positive");
     } else {
       choice.reasons.emplace_back("its sign agrees with the others'");
     }
   }
   proposal.notes.emplace_back(
-      "left and right: no pair of wheels confirms it, positive to the left is assumed; turn left "
-      "by hand: yaw_rate and steering must be positive");
+      "no pair of wheels shows left and right: positive is assumed to be left; turn the car to the "
+      "left by hand: yaw_rate and steering must be positive");
 }
 
-/// Whether the only speed is a motor's, which depends on numbers given by a person.
-bool only_motor_turns(const Proposal& proposal) {
+/// Whether the only speed is that of a motor, which depends on numbers that a person gave.
+bool has_only_motor_speed(const Proposal& proposal) {
   return proposal.has(Source::motor) && proposal.of(Source::motor)->turns() &&
          std::ranges::none_of(wheel_sources, [&](Source role) {
            return role != Source::motor && proposal.has(role);
@@ -165,23 +170,24 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Car& car
   if (const auto relation = lateral_relation(drive); !size && relation)
     size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
-  constexpr double alike = 0.2;  // relative difference of the given track from that of the turns
-  if (by_track && std::fabs(*size - 1.0) > alike && *size > 1.0 / factor && *size < factor)
+  constexpr double max_track_error = 0.2;  // relative; of the given track from that of the turns
+  if (by_track && std::fabs(*size - 1.0) > max_track_error && *size > 1.0 / factor &&
+      *size < factor)
     choice.warnings.push_back(fmt::format(
-        "it is {:.3g} times what the wheels say by the track: check --track, its scale and unit",
+        "it is {:.3g} times the yaw rate from wheels and track: check --track, its scale and unit",
         *size));
   else if (*size > 1.0 / factor && *size < factor)
-    choice.reasons.push_back(fmt::format("its size fits within {:.0f} %",
+    choice.reasons.push_back(fmt::format("its magnitude agrees within {:.0f} %",
                                          std::max(1.0, 100.0 * std::fabs(*size - 1.0))));
-  else if (!by_track && only_motor_turns(proposal))
+  else if (!by_track && has_only_motor_speed(proposal))
     proposal.of(Source::motor)
-        ->warnings.push_back(
-            fmt::format("yaw rate and acceleration need {:.3g} times its speed: check the wheel's "
-                        "radius, the gear ratio and the pole pairs",
-                        1.0 / *size));
+        ->warnings.push_back(fmt::format(
+            "yaw rate and acceleration need {:.3g} times its speed: check wheel radius, "
+            "gear ratio and pole pairs",
+            1.0 / *size));
   else
     choice.warnings.push_back(
-        fmt::format("it is {:.3g} times what the other sensors say: check the unit", *size));
+        fmt::format("it is {:.3g} times what the other sensors show: check the unit", *size));
 }
 
 void check_accel_x(Proposal& proposal, DriveCourse& drive) {
@@ -193,9 +199,9 @@ void check_accel_x(Proposal& proposal, DriveCourse& drive) {
     return;
   }
   if (relation.slope < 0.0)
-    turn(proposal, drive, Source::accel_x, "the speed's change");
+    invert(proposal, drive, Source::accel_x, "the change of the speed");
   else
-    choice.reasons.emplace_back("follows the change of the speed");
+    choice.reasons.emplace_back("agrees with the change of the speed");
   if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
     choice.warnings.push_back(fmt::format("it is {:.2g} times the change of the speed", slope));
 }
@@ -204,27 +210,27 @@ void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
   const auto relation = lateral_relation(drive);
   if (!relation) return;
   Choice& choice = *proposal.of(Source::accel_y);
-  constexpr double worth_a_word = 0.3;  // m/s², the default sigma
-  constexpr double far_off = 1.5;       // m/s², of a sensor that is tilted by 9°
+  constexpr double min_offset = 0.3;            // m/s², the default sigma
+  constexpr double max_plausible_offset = 1.5;  // m/s², of a sensor that is tilted by 9°
   if (const double slope = std::fabs(relation->slope); slope < 0.5 || slope > 2.0)
     choice.warnings.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
-  if (std::fabs(relation->offset) > worth_a_word) {
+  if (std::fabs(relation->offset) > min_offset) {
     choice.offset = -std::round(100.0 * relation->offset) / 100.0;
-    choice.reasons.emplace_back("offset: what is left of it without a turn");
-    if (std::fabs(relation->offset) > far_off)
+    choice.reasons.emplace_back("offset: mean reading when driving straight");
+    if (std::fabs(relation->offset) > max_plausible_offset)
       choice.warnings.push_back(
           fmt::format("an offset of {:.2g} m/s² is large: check its mounting", relation->offset));
   }
 }
 
-/// Checks that the gear says forward at some time in the drive.
+/// Checks that the gear shows forward at some time in the drive.
 void check_direction(Proposal& proposal) {
   auto& choice = proposal.of(Source::direction);
   if (!choice || choice->series.empty()) return;
   if (std::ranges::find(choice->series.value, 1.0) == choice->series.value.end())
-    choice->warnings.emplace_back("it never says forward in the log, where the car drives");
+    choice->warnings.emplace_back("it never shows forward in the log, although the car drives");
   else
-    choice->reasons.emplace_back("says forward in the log; reverse was not compared");
+    choice->reasons.emplace_back("shows forward in the log; reverse was not compared");
 }
 
 void warn_of_standing_log(Proposal& proposal) {
@@ -242,15 +248,15 @@ void warn_of_standing_log(Proposal& proposal) {
 }  // namespace
 
 void check_behaviour(Proposal& proposal, const Car& car) {
-  take_radius(proposal, car);
-  take_command(proposal);
+  apply_radius(proposal, car);
+  detect_command(proposal);
   DriveCourse drive(proposal);
   if (drive.has_motion()) {
     compare_speeds(proposal, drive);
     if (const auto difference = wheel_difference(drive))
-      sign_by_wheels(proposal, drive, *difference);
+      set_signs_from_wheels(proposal, drive, *difference);
     else
-      sign_by_majority(proposal, drive);
+      set_signs_by_majority(proposal, drive);
     check_yaw_rate(proposal, drive, car);
     check_accel_x(proposal, drive);
     check_accel_y(proposal, drive);

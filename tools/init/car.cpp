@@ -25,18 +25,17 @@ struct Item {
 // Numbers without a hint are never required.
 const auto items = std::to_array<Item>({
     {"--mass",
-     "mass ready to drive [kg, or as 2985g]; weighed with battery and all that is on it; odom "
+     "mass ready to drive [kg, or as 2985g]; weighed with battery and all its load; odom "
      "identify mass helps",
      Dimension::mass, 0.2, 60000.0, &Car::mass, &CarTexts::mass},
-    {"--wheelbase", "wheelbase [m, or as 260mm]; front to rear axle, by a tape along the ground",
+    {"--wheelbase", "wheelbase [m, or as 260mm]; front to rear axle, measured along the ground",
      Dimension::length, 0.05, 15.0, &Car::wheelbase, &CarTexts::wheelbase},
     {"--front-axle", "", Dimension::length, 0.01, 12.0, &Car::front_axle, &CarTexts::front_axle},
-    {"--track",
-     "track [m, or as 160mm]; middle of a rear tyre to the middle of the other, by a tape",
-     Dimension::length, 0.03, 5.0, &Car::track, &CarTexts::track},
+    {"--track", "track [m, or as 160mm]; between the middles of the rear tyres", Dimension::length,
+     0.03, 5.0, &Car::track, &CarTexts::track},
     {"--wheel-radius",
      "rolling radius of a wheel [m, or as 33mm]; roll the car ten turns of a wheel and divide the "
-     "way by 62.83",
+     "distance by 62.83",
      Dimension::length, 0.005, 2.0, &Car::wheel_radius, &CarTexts::wheel_radius},
     {"--steering-ratio", "", Dimension::pure, 0.5, 60.0, &Car::steering_ratio,
      &CarTexts::steering_ratio},
@@ -45,8 +44,7 @@ const auto items = std::to_array<Item>({
      "measure the mean of both front wheels",
      Dimension::angle, 0.05, 1.2, &Car::full_lock, &CarTexts::full_lock},
     {"--gear-ratio",
-     "turns of the motor for one of a wheel; gear teeth: spur over pinion, times the "
-     "differential's ratio",
+     "motor turns per wheel turn; gear teeth: spur over pinion, times the differential's ratio",
      Dimension::pure, 0.1, 100.0, &Car::gear_ratio, &CarTexts::gear_ratio},
     {"--pole-pairs",
      "pole pairs of the motor, as it reports electrical turns; half the poles in its data sheet; 1 "

@@ -1,5 +1,5 @@
-// A companion is named like its signal, with an additional token and perhaps without the ending:
-// "IMU_YawSigSta" for "IMU_YawRtVal".
+// The name of a companion is that of its signal with an additional token, perhaps without the end:
+// "IMU_YawSigSta" belongs to "IMU_YawRtVal".
 #include "tools/init/roles.hpp"
 
 #include <algorithm>
@@ -85,14 +85,14 @@ bool is_bad(const can::ValueName& value) {
   return nothing || (has_word(words, bad) && !has_word(words, no));
 }
 
-/// Whether a named value fits into the signal: in some databases it does not.
+/// Whether a named value fits into the signal, which is not so in all databases.
 bool has_raw(const can::Signal& signal, std::int64_t raw) {
   const can::SignalLayout layout = can::layout_of(signal);
   const auto bits = static_cast<std::uint64_t>(raw) & can::low_bits(signal.length);
   return can::raw_value(layout, bits) == static_cast<double>(raw);
 }
 
-/// The only value with such a name; nothing if there is none or several.
+/// The value with a name that is `named`; nothing unless there is exactly one.
 template <class Named>
 std::optional<double> value_where(const can::Signal& signal, Named named) {
   if (std::ranges::count_if(signal.values, named) != 1) return std::nullopt;
@@ -152,7 +152,7 @@ std::vector<std::int64_t> invalid_raws(const can::Signal& measured) {
 
 void settle(Companion& companion, std::span<const double> seen,
             std::vector<std::string>& warnings) {
-  // In the second half a sensor has finished starting.
+  // In the second half of the log every sensor has started.
   std::map<double, std::size_t> counts;
   for (const double value : seen.subspan(seen.size() / 2)) ++counts[value];
   if (counts.empty()) return;
@@ -162,7 +162,7 @@ void settle(Companion& companion, std::span<const double> seen,
     companion.value = usual->first;
   } else if (usual->first != *companion.value) {
     warnings.push_back(fmt::format(
-        "{} is {:g} most of the log, but its names make {:g} the valid one: it is left out",
+        "{} is mostly {:g} in the log, but according to its names {:g} is valid: it is left out",
         companion.signal->name, usual->first, *companion.value));
     companion.value.reset();
   }

@@ -1,5 +1,5 @@
-// The drive as the proposed signals show it, where the car moves; and parts of check_behaviour() in
-// files of their own.
+// The proposed signals of a drive where the car moves, and those parts of check_behaviour() that
+// have their own files.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +13,11 @@
 
 namespace odomd::tools {
 
-/// Several signals on one grid over the time that all cover, as means over half a second, so that
-/// smaller latencies hardly matter. Empty if they have less than that in common.
+/// Several signals on one grid over the time that all of them cover, as means over half a second,
+/// so that latencies below that hardly matter. Empty if all cover less than half a second.
 [[nodiscard]] std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals);
 
-/// All signals at the same times; those at which the car stands or creeps are left out.
+/// All signals at the same times, without those at which the car is at rest or creeps.
 struct DriveCourse {
   explicit DriveCourse(const Proposal& proposal);
 
@@ -32,16 +32,15 @@ struct DriveCourse {
   Eigen::ArrayXd speed, acceleration;  ///< the wheels' mean [m/s], and its rate of change [m/s²]
 };
 
-/// Takes a steering signal without a unit that stays within ±1 as a share of the full lock, or in
-/// radians: sets its unit to none.
-void take_command(Proposal& proposal);
+/// Sets the unit of a steering signal to none if its database gives no unit and it stays within ±1:
+/// it is a command, or in radians.
+void detect_command(Proposal& proposal);
 
-/// Determines whether the steering angle is that of the front wheels or of the steering wheel, and
-/// their ratio (if the wheelbase is known): sets the role's scale, with its reason or warning.
+/// Determines whether the steering angle is that of the front wheels or of the steering wheel and,
+/// if the wheelbase is known, their ratio. Sets the scale of the role, with a reason or a warning.
 void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car& car);
 
-/// Sets each sigma for which the log shows another than odomd's default, and the offset of a gyro
-/// that was at rest.
+/// Sets the sigmas that the log shows, and the offset of a gyro that was at rest.
 void set_noise(Proposal& proposal);
 
 }  // namespace odomd::tools

@@ -13,7 +13,6 @@
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/refuse.hpp"
-#include "tools/init/vesc.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {
@@ -48,8 +47,8 @@ bool is_protected(const can::Message& message, const Traffic& traffic) {
   return 2 * passed > frames;
 }
 
-// End-to-end protection for the proposal's messages that come from odomd.dbc and, if there is
-// traffic, have correct checksums in it. Wrong checksums give the message's roles a warning.
+// End-to-end protection for those of the proposal's messages that odomd.dbc defines. If there is
+// traffic, it must have their correct checksums; otherwise the roles of the message get a warning.
 std::vector<can::E2eBinding> protections_for(Proposal& proposal,
                                              std::span<const can::Database> databases,
                                              const Traffic& traffic) {
@@ -71,7 +70,7 @@ std::vector<can::E2eBinding> protections_for(Proposal& proposal,
   return protections;
 }
 
-// Whether most messages of odomd.dbc come in full length.
+// Whether most messages of odomd.dbc arrive in full length.
 bool is_own_bus(const Traffic& traffic) {
   const auto& messages = sim::bus_database().messages;
   const auto came = std::ranges::count_if(messages, [&](const can::Message& message) {
@@ -107,7 +106,7 @@ struct MadeDatabase {
   std::string name, text;
 };
 
-/// The database of the VESC; odomd.dbc if no database is given.
+/// The database of the VESC, or odomd.dbc if no database is given.
 std::optional<MadeDatabase> made_database(const InitOptions& options, const Traffic& traffic) {
   if (options.vesc)
     return MadeDatabase{fmt::format("vesc-{}.dbc", *options.vesc), vesc_database(*options.vesc)};
@@ -125,7 +124,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// File names for `out`: relative to its folder, but absolute ones stay if `out` is relative.
+/// The names of files as written in `out`: relative to its folder. Absolute names are kept if `out`
+/// is relative.
 std::vector<std::string> named_from(const fs::path& out, const std::vector<std::string>& files) {
   std::vector<std::string> names;
   for (const std::string& file : files)
@@ -143,7 +143,7 @@ std::vector<std::string> sources_of(const Proposal& proposal) {
   return {carrying.begin(), carrying.end()};
 }
 
-/// Loads the configuration as odomd would, so that only a valid one is written.
+/// Loads the configuration as odomd does, so that only a valid one is written.
 diagnostics::Diagnostics checked(const std::string& text, const fs::path& out) {
   daemon::Config config = daemon::parse_config(text, out);
   diagnostics::Diagnostics warnings = config.warnings;

@@ -1,5 +1,4 @@
-// odom init: creates a car.toml that loads, from databases and a drive, with a table for people and
-// JSON.
+// odom init: creates a valid car.toml from databases and a drive, and shows it as a table or JSON.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +23,7 @@ struct Draft {
   std::string made_from;               ///< "car.dbc and drive.log"
 };
 
-/// A number of the vehicle and its origin.
+/// A number of [vehicle] and its origin.
 struct VehicleValue {
   std::string key;
   double value = 0.0;
@@ -32,7 +31,8 @@ struct VehicleValue {
   bool sure = true;
 };
 
-/// The keys of [vehicle]. Unknown numbers are typical of the class, and marked as not sure.
+/// The keys of [vehicle]. Unknown numbers get values typical of the class of cars, which are marked
+/// as not sure.
 [[nodiscard]] std::vector<VehicleValue> vehicle_values(const Draft& draft);
 
 [[nodiscard]] std::string as_toml(const Draft& draft);
@@ -55,12 +55,12 @@ struct InitOptions {
 struct InitResult {
   Draft draft;
   std::vector<can::Database> databases;  ///< the draft points into them
-  diagnostics::Diagnostics warnings;     ///< of odomd --check
+  diagnostics::Diagnostics warnings;     ///< about the logs, and those of odomd --check
   std::string wrote_database;            ///< "odomd.dbc", next to the configuration; empty: none
 };
 
-/// Writes options.out, once it has loaded as a configuration with its databases. Throws
-/// std::invalid_argument with the file, the line or the missing options; then nothing is written.
+/// Writes options.out after it has loaded as a configuration with its databases. Otherwise writes
+/// nothing and throws std::invalid_argument, which names the file, the line or the missing options.
 [[nodiscard]] InitResult init(const InitOptions& options);
 
 }  // namespace odomd::tools

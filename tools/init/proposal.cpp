@@ -22,45 +22,45 @@ std::uint32_t key_of(const Candidate& candidate) {
   return can::frame_key(candidate.message->id, candidate.message->format);
 }
 
-bool moves(const Series& series) {
-  const auto [least, most] = std::ranges::minmax_element(series.value);
-  return !series.empty() && *most > *least;
+bool changes(const Series& series) {
+  const auto [min, max] = std::ranges::minmax_element(series.value);
+  return !series.empty() && *max > *min;
 }
 
 /// A candidate whose score is lower by less than this is an alternative.
 constexpr double close_score = 1.5;
 
-/// Whether the series of two signals correlate.
-bool are_alike(const Series& one, const Series& other) {
-  constexpr double alike = 0.9;
+/// Whether two signals correlate.
+bool are_correlated(const Series& one, const Series& other) {
+  constexpr double min_correlation = 0.9;
   const std::vector<Resampled> both = on_one_grid({&one, &other});
   if (both.empty()) return false;
   const auto values = [&](std::size_t i) {
     return Eigen::Map<const Eigen::ArrayXd>(both[i].value.data(), std::ssize(both[i].value));
   };
-  return std::fabs(relation_of(values(0), values(1)).correlation) >= alike;
+  return std::fabs(relation_of(values(0), values(1)).correlation) >= min_correlation;
 }
 
 Choice best_of(std::vector<Choice> choices, bool has_log) {
-  // a signal that never moves ranks below those that do
+  // A signal that never changes ranks below those that do.
   std::ranges::stable_sort(choices, std::ranges::greater{}, [&](const Choice& choice) {
-    return choice.candidate.score - (has_log && !moves(choice.series) ? 2.0 * close_score : 0.0);
+    return choice.candidate.score - (has_log && !changes(choice.series) ? 2.0 * close_score : 0.0);
   });
   Choice choice = std::move(choices.front());
   choice.warnings = choice.candidate.warnings;
   for (const Choice& other : std::views::drop(choices, 1)) {
     if (choice.candidate.score - other.candidate.score >= close_score) continue;
-    if (has_log && !moves(other.series) && moves(choice.series)) continue;
-    if (has_log && are_alike(choice.series, other.series))
-      choice.reasons.push_back(fmt::format("{} moves alike", other.candidate.name()));
+    if (has_log && !changes(other.series) && changes(choice.series)) continue;
+    if (has_log && are_correlated(choice.series, other.series))
+      choice.reasons.push_back(fmt::format("{} agrees with it", other.candidate.name()));
     else
-      choice.warnings.push_back(fmt::format("{} may be meant as well", other.candidate.name()));
+      choice.warnings.push_back(fmt::format("{} is possible as well", other.candidate.name()));
   }
   return choice;
 }
 
-/// Sets a message's rate, time-out and bus, from its traffic.
-void take_rhythm(Choice& choice, const Rhythm& rhythm) {
+/// Sets time-out and bus according to the traffic.
+void apply_rhythm(Choice& choice, const Rhythm& rhythm) {
   constexpr double default_timeout = 0.1, cycles = 5.0, resolution = 0.01;  // s
   const double given = 3e-9 * static_cast<double>(choice.candidate.message->cycle_time_ns);
   const double usual = given > 0.0 ? given : default_timeout;
@@ -78,7 +78,8 @@ void take_rhythm(Choice& choice, const Rhythm& rhythm) {
   }
 }
 
-/// Keeps one kind of speed: both wheels of an axle, or else the rear axle, or else the motor.
+/// Keeps one kind of speed: if possible that of both wheels of an axle, otherwise of the rear axle,
+/// otherwise of the motor.
 void keep_one_speed(Proposal& proposal) {
   const bool pair = proposal.has_axle();
   if (pair) {
@@ -127,7 +128,8 @@ void add_speed_notes(Proposal& proposal) {
     }
   if (!signed_speed && !proposal.has(Source::direction))
     proposal.notes.emplace_back(
-        "the speeds have no sign, and no gear was found: in reverse the pose will go forward; map "
+        "the speeds have no sign, and no gear was found: in reverse the pose will move forward; "
+        "map "
         "direction");
 }
 
@@ -166,7 +168,7 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
       choices.push_back({.candidate = std::move(candidate), .series = std::move(series)});
     }
     Choice choice = best_of(std::move(choices), has_log);
-    if (has_log) take_rhythm(choice, came.at(key_of(choice.candidate)));
+    if (has_log) apply_rhythm(choice, came.at(key_of(choice.candidate)));
     proposal.of(role) = std::move(choice);
   }
   require_speed(proposal, databases, traffic, absent_speeds);
@@ -175,9 +177,9 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
   add_speed_notes(proposal);
   if (!has_log) {
     proposal.notes.emplace_back(
-        "without a log nothing of this was compared with a drive: names, units and ranges alone");
+        "without a log nothing was compared with a drive; only names, units and ranges were used");
     for (auto& choice : proposal.roles)
-      if (choice) choice->warnings.emplace_back("by the database alone; give --can with a drive");
+      if (choice) choice->warnings.emplace_back("from the database alone; give --can with a drive");
   }
   return proposal;
 }

@@ -1,5 +1,5 @@
-// The proposal: for each role the signal that probably measures it, with reasons and warnings; and
-// the numbers of a car that no database and no log contains.
+// The proposal: the signal that probably measures each role, with reasons and warnings; and those
+// numbers of a car that no database and no log contains.
 #pragma once
 
 #include <array>
@@ -39,8 +39,8 @@ struct Choice {
 struct Proposal {
   std::array<std::optional<Choice>, estimator::source_count> roles;
   std::optional<double> measured_track;  ///< from wheels and gyro [m]
-  double lateral = 0.0;                  ///< largest acceleration in turns of the log [m/s²]
-  std::vector<std::string> notes;        ///< about the whole proposal: what the log did not show
+  double lateral = 0.0;                  ///< largest lateral acceleration in the log [m/s²]
+  std::vector<std::string> notes;        ///< about the whole proposal
 
   [[nodiscard]] std::optional<Choice>& of(estimator::Source role) {
     return roles.at(estimator::index_of(role));
@@ -52,18 +52,18 @@ struct Proposal {
   [[nodiscard]] bool has_axle() const;  ///< has both wheels of an axle
 };
 
-/// Proposes by names, units and the traffic on the bus; without traffic by the database alone.
-/// Throws std::invalid_argument if there is no speed.
+/// Makes a proposal from names, units and the traffic on the bus, or from the database alone if
+/// there is no traffic. Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// Numbers of the car that a person must give, in SI units. None: not given. A message about
-/// missing ones has a hint on how to measure each (car.cpp).
+/// Numbers of the car that a person must give, in SI units, if they were given. The message about
+/// missing ones says how to measure each (car.cpp).
 struct Car {
   std::optional<double> mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
       gear_ratio, pole_pairs;
 };
 
-/// The numbers as given, with their units; empty: not given.
+/// The same numbers as texts with their units; empty if not given.
 struct CarTexts {
   std::string mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
       gear_ratio, pole_pairs;
@@ -72,22 +72,22 @@ struct CarTexts {
 /// Throws std::invalid_argument naming the option.
 [[nodiscard]] Car parse_car(const CarTexts& texts);
 
-/// The options that the proposal needs and that were not given: always mass and wheelbase; the
-/// wheel radius for speeds in turns per minute; a motor's gear ratio and pole pairs; the track, if
-/// both wheels of an axle are mapped and no gyro measured it; the full lock, if steering is a
-/// command and the drive did not show its scale.
+/// The options that the proposal needs and that were not given. It always needs mass and wheelbase;
+/// the wheel radius for speeds in turns per minute; gear ratio and pole pairs of a motor; the
+/// track, if both wheels of an axle are mapped and no gyro measured it; and the full lock, if
+/// steering is a command and the drive did not show its scale.
 [[nodiscard]] std::vector<std::string> missing_numbers(const Car& car, const Proposal& proposal);
 
 /// Throws std::invalid_argument that lists the missing options with their hints, if there are any.
 void require_numbers(const Car& car, const Proposal& proposal);
 
-/// Typical values of a class of cars, for numbers that nobody has measured.
+/// Typical values of a class of cars, for what was not measured.
 struct Typical {
   double inertia;                          ///< J_z / (m l_v l_h)
   double stiffness_front, stiffness_rear;  ///< C / weight on the axle [1/rad]
   double grip;                             ///< [m/s²]
 
-  /// Front-wheel angle per lateral acceleration, beyond that of a turn without slip [s²/m].
+  /// Additional front-wheel angle per lateral acceleration, due to slip [rad s²/m].
   [[nodiscard]] double understeer() const {
     return (1.0 / stiffness_front - 1.0 / stiffness_rear) / car_model::gravity;
   }
@@ -98,8 +98,21 @@ struct Typical {
   return wheelbase < model_car ? Typical{0.5, 4.0, 6.0, 10.0} : Typical{1.0, 15.0, 22.0, 9.0};
 }
 
-/// Compares the signals of the log with each other: sets signs, the steering's scale, biases and
-/// sigmas, and adds reasons and warnings (behaviour.cpp).
+/// Compares the signals of the log with each other. Sets signs, the scale of the steering, biases
+/// and sigmas, and adds reasons and warnings (behaviour.cpp).
 void check_behaviour(Proposal& proposal, const Car& car);
+
+// A VESC motor controller (vesc.cpp). The layout of its CAN status frames is published, but their
+// identifiers contain a number that the owner sets, so the database is generated.
+
+/// The database with the status frames of this VESC.
+[[nodiscard]] std::string vesc_database(int id);
+
+/// Throws std::invalid_argument if the frame with the speed of this VESC is not in the traffic; the
+/// message names the VESCs that send one.
+void require_frames(int vesc, const Traffic& traffic);
+
+/// Adds warnings about the VESC to the proposal. A gear ratio that is not given is 1.
+void settle_motor(Proposal& proposal, int vesc, Car& car);
 
 }  // namespace odomd::tools

@@ -1,5 +1,5 @@
-// A role is described by groups of words; each group must match a word in the name of the signal or
-// its message, or the unit.
+// A role is described by groups of words. Each group must match a word in the name of the signal or
+// of its message, or the unit.
 #include "tools/init/roles.hpp"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct Seen {
   Dimension dimension = Dimension::none;
 };
 
-/// Sums up how well a signal fits a role, and why it may not.
+/// How well a signal fits a role, and why it may not.
 struct Fit {
   const Seen& seen;
   double score = 0.0;
@@ -82,13 +82,13 @@ void fit_one_speed(Fit& fit) {
   if ((of_wheel && corner_of(fit.seen.own) >= 0) || has(fit.seen.own, front) ||
       has(fit.seen.own, motor) || (!of_wheel && has(fit.seen.around, motor)) ||
       has(fit.seen.own, left) || has(fit.seen.own, right))
-    fit.possible = false;  // it is another axle's or a single wheel's speed
+    fit.possible = false;  // the speed of another axle or of a single wheel
   fit.need(speed, of_wheel);
   if (!of_wheel)
     fit.warn(
-        "the name says no wheel; a speed that is not measured at wheels may be late or rounded");
+        "the name has no wheel; a speed that is not measured at wheels may be late or rounded");
   else if (!has(fit.seen.own, rear))
-    fit.warn("the name does not say which wheel; taken as the mean of the rear axle");
+    fit.warn("the name does not say which wheel; assumed to be the mean of the rear axle");
   if (of_wheel) fit.score += 2.0 * Fit::in_name;
   if (has(fit.seen.own, rear)) fit.score += Fit::in_name;
   if (!of_wheel && !has(fit.seen.own, car) && !has(fit.seen.around, car)) fit.score -= 1.0;
@@ -112,8 +112,8 @@ Dimension dimension_of(Source role) {
 }
 
 void fit_words(Fit& fit, Source role) {
-  // Two groups of words that describe the role, of which a unit may replace one; and words of the
-  // signal's own name that exclude it.
+  // Two groups of words describe the role; a unit may replace one of them. Words of the signal's
+  // own name that belong to `others` exclude the role.
   const auto describe = [&](Vocabulary what, bool unit_says_what, Vocabulary which,
                             bool unit_says_which, std::initializer_list<Vocabulary> others) {
     fit.need(what, unit_says_what);
@@ -151,7 +151,7 @@ bool is_unit_of(Source role, Dimension dimension) {
          (estimator::is_wheel(role) && dimension == Dimension::angular_rate);
 }
 
-/// Whether the unit is that of a share or a count, possible only for a steering command.
+/// Whether the unit is that of a ratio or a count, which only a steering command can have.
 bool is_dimensionless(std::string_view text) {
   const auto unit = can::unit_of_text(text);
   if (unit) return can::dimension_of(*unit) == Dimension::none;
@@ -181,7 +181,7 @@ Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
   if (fits)
     fit.score += 3.0;
   else
-    fit.warn("the database gives no unit that is known");
+    fit.warn("the database gives no known unit");
   if (has_word(seen.own, perhaps_other))
     fit.warn("the name may mean a command or a status", 4.0);
   else if (has_word(seen.around, other_quantity) || has_word(seen.around, perhaps_other) ||

@@ -1,6 +1,6 @@
 // Finds signals of a database that may have a role, from the words of their names, their unit and
-// their size, with the signals next to them that say whether they are valid, and their sign. Pure:
-// does not look at a log (behaviour.cpp does that).
+// their length, together with the signals next to them that contain their validity or sign. Logs
+// are not used (behaviour.cpp uses them).
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace odomd::tools {
 /// A signal next to a measured one, in its message.
 struct Companion {
   const can::Signal* signal = nullptr;
-  /// The physical value that means "valid", or "negative". None: only a log shows it.
+  /// The physical value that means "valid", or "negative"; none if only a log can show it.
   std::optional<double> value;
 };
 
@@ -33,13 +33,13 @@ struct Candidate {
   std::optional<can::UnlessRaw> unless_raw;  ///< named by the database, or all ones in the log
   can::Unit unit = can::Unit::none;          ///< the database's, or the role's usual one
   double score = 0.0;                        ///< comparable within a role only
-  std::vector<std::string> warnings;         ///< why name, unit or size are uncertain
+  std::vector<std::string> warnings;         ///< why name, unit or length are uncertain
   std::optional<double> forward, reverse;    ///< physical values; of the role direction only
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }
 };
 
-/// The eight best candidates for a role, the best first.
+/// At most eight candidates for a role, the best first.
 [[nodiscard]] std::vector<Candidate> candidates_for(estimator::Source role,
                                                     std::span<const can::Database> databases);
 
@@ -56,9 +56,9 @@ struct Candidate {
 /// Raw values that the database names as invalid.
 [[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
 
-/// Sets the value of a validity signal: the most frequent one in the log's second half; without a
-/// log it is the database's or none. A log that contradicts the database leaves none, with a
-/// warning.
+/// Sets the value of a validity signal to the most frequent one in the second half of the log.
+/// Without a log it stays that of the database, if any. If the log contradicts the database, the
+/// value is removed with a warning.
 void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
 
 }  // namespace odomd::tools

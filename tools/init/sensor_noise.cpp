@@ -21,17 +21,18 @@ struct Range {
   double least, most;
 };
 
-/// The range of sigmas that a filter can use; below it the errors of its model are larger.
+/// The range of sigmas that a filter can use: below it, the errors of its model are larger.
 Range range_of(Source role) {
   if (is_wheel(role)) return {0.02, 0.1};
   return role == Source::yaw_rate ? Range{0.005, 0.05} : Range{0.3, 2.0};
 }
 
-/// The mean reading while all wheels are at rest, without outliers; none if the car still turns.
-std::optional<double> bias_standing(const Series& signal, const Proposal& proposal) {
+/// The mean reading while all wheels are at rest, without outliers. Nothing if the readings scatter
+/// as those of a turning car.
+std::optional<double> bias_at_rest(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
-  constexpr double quiet = 0.02;  // rad/s: the readings of a creeping car scatter more
-  constexpr double still = 0.01;  // m/s
+  constexpr double max_spread = 0.02;  // rad/s: the readings of a creeping car scatter more
+  constexpr double min_speed = 0.01;   // m/s
   constexpr std::int64_t margin = 750'000'000;  // ns, before and after a reading
   std::int64_t from = 0, to = 0;                // the time in which all wheels have samples
   std::vector<std::int64_t> turning;            // times at which a wheel turns
@@ -41,7 +42,7 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
     from = std::max(from, wheel.t_ns.front());
     to = to == 0 ? wheel.t_ns.back() : std::min(to, wheel.t_ns.back());
     for (std::size_t i = 0; i < wheel.size(); ++i)
-      if (std::fabs(wheel.value[i]) >= still) turning.push_back(wheel.t_ns[i]);
+      if (std::fabs(wheel.value[i]) >= min_speed) turning.push_back(wheel.t_ns[i]);
   }
   std::ranges::sort(turning);
   std::vector<double> values;
@@ -56,8 +57,8 @@ std::optional<double> bias_standing(const Series& signal, const Proposal& propos
   const double middle = median_of(values);
   for (double& value : values) value -= middle;
   const double spread = median_of_magnitudes(values);
-  if (spread > quiet) return std::nullopt;
-  const double bound = std::max(4.0 * spread, std::min(resolution_of(values), quiet));
+  if (spread > max_spread) return std::nullopt;
+  const double bound = std::max(4.0 * spread, std::min(resolution_of(values), max_spread));
   std::erase_if(values, [bound](double value) { return std::fabs(value) > bound; });
   return middle + mean_of(values).value;
 }
@@ -76,14 +77,14 @@ void set_noise(Proposal& proposal) {
   }
   auto& gyro = proposal.of(Source::yaw_rate);
   if (!gyro) return;
-  constexpr double worth_a_word = 0.001, far_off = 0.035;  // rad/s
-  if (const auto bias = bias_standing(gyro->series, proposal);
-      bias && std::fabs(*bias) > worth_a_word) {
+  constexpr double min_bias = 0.001, max_plausible_bias = 0.035;  // rad/s
+  if (const auto bias = bias_at_rest(gyro->series, proposal); bias && std::fabs(*bias) > min_bias) {
     gyro->offset = -std::round(1e5 * *bias) / 1e5;
-    gyro->reasons.emplace_back("offset: its bias while the car stands");
-    if (std::fabs(*bias) > far_off)
+    gyro->reasons.emplace_back("offset: its bias at rest");
+    if (std::fabs(*bias) > max_plausible_bias)
       gyro->warnings.push_back(fmt::format(
-          "a bias of {:.2g} rad/s is large: did the car stand wherever the wheels read 0?", *bias));
+          "a bias of {:.2g} rad/s is large: was the car at rest whenever the wheels read 0?",
+          *bias));
   }
 }
 

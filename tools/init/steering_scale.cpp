@@ -1,6 +1,6 @@
 // In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer gradient K. The measured angle is the
-// ratio times δ plus an offset: three unknowns, from least squares over the whole drive with a
-// typical K as the prior.
+// ratio times δ plus an offset. Least squares over the whole drive determine ratio, K and offset,
+// with a typical K as the prior.
 #include "tools/init/drive_course.hpp"
 
 #include <Eigen/Dense>
@@ -20,8 +20,8 @@ namespace {
 
 using estimator::Source;
 
-/// Measured angle / angle of the front wheels. At constant speed both terms are proportional; then
-/// a typical understeer separates them.
+/// Measured angle / angle of the front wheels. At constant speed both terms are proportional to
+/// each other, and only the prior separates them.
 std::optional<Measured> ratio_of(const DriveCourse& drive, double wheelbase) {
   const Eigen::ArrayXd &angle = drive.of(Source::steering), &yaw = drive.of(Source::yaw_rate);
   const Eigen::ArrayXd slow = (wheelbase * yaw / drive.speed).atan();
@@ -32,7 +32,7 @@ std::optional<Measured> ratio_of(const DriveCourse& drive, double wheelbase) {
   x << slow, yaw * drive.speed, Eigen::ArrayXd::Ones(n);
   const Eigen::VectorXd y = angle;
   const auto rest = [&](const Eigen::Vector3d& b) { return (y - x * b).squaredNorm(); };
-  // the points of a second are correlated, and count as one
+  // The points of a second are correlated and count as one.
   constexpr double together = 20.0;
   const double spread = (y.array() - y.mean()).square().sum();
   const double expected = typical_for(wheelbase).understeer();
@@ -56,7 +56,7 @@ std::optional<Measured> ratio_of(const DriveCourse& drive, double wheelbase) {
   return Measured{found[0], std::hypot(std::sqrt(covariance(0, 0)), noise)};
 }
 
-/// The largest angle [rad] in the log; without a log, that of the database.
+/// The largest angle [rad] in the log or, without a log, in the database.
 double largest_angle(const Choice& choice) {
   const can::Signal& signal = *choice.candidate.signal;
   double largest =
@@ -73,7 +73,7 @@ bool names_steering_wheel(const Candidate& candidate) {
 
 }  // namespace
 
-void take_command(Proposal& proposal) {
+void detect_command(Proposal& proposal) {
   if (!proposal.has(Source::steering)) return;
   Choice& choice = *proposal.of(Source::steering);
   const can::Signal& signal = *choice.candidate.signal;
@@ -110,7 +110,7 @@ void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car&
   const bool compares =
       drive.has(Source::steering) && drive.has(Source::yaw_rate) && drive.has_motion();
   const auto ratio = car.wheelbase && compares ? ratio_of(drive, *car.wheelbase) : std::nullopt;
-  constexpr double front_least = 0.4, front_most = 2.5, steering_wheel = 10.0, most = 40.0;
+  constexpr double min_front = 0.4, max_front = 2.5, min_steering_wheel = 10.0, max_ratio = 40.0;
   constexpr double precise = 0.15;
   const bool is_precise = ratio && ratio->sigma < precise * ratio->value;
   if (is_command) {
@@ -124,32 +124,32 @@ void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car&
       choice.warnings.emplace_back("a command without a unit: give --full-lock");
     return;
   }
-  if (is_precise && ratio->value > front_least && ratio->value < front_most) {
+  if (is_precise && ratio->value > min_front && ratio->value < max_front) {
     choice.reasons.push_back(
-        fmt::format("the front wheels' angle: {:.2f} ± {:.2f} times what the turns need",
+        fmt::format("the front wheels' angle: {:.2f} ± {:.2f} times the angle that the turns need",
                     ratio->value, ratio->sigma));
     return;
   }
-  if (is_precise && ratio->value > front_most && ratio->value < most) {
+  if (is_precise && ratio->value > max_front && ratio->value < max_ratio) {
     use(ratio->value);
     choice.reasons.push_back(fmt::format("scale: a ratio of {:.1f} ± {:.1f} fits the turns",
                                          ratio->value, ratio->sigma));
-    if (ratio->value < steering_wheel)
+    if (ratio->value < min_steering_wheel)
       choice.warnings.emplace_back(
           "few steering wheels have so small a ratio: check it, and the unit");
     return;
   }
   constexpr double clear = 2.0;  // sigmas
-  const bool turns_more = ratio && ratio->value - clear * ratio->sigma > front_most;
+  const bool turns_more = ratio && ratio->value - clear * ratio->sigma > max_front;
   if (turns_more || largest_angle(choice) > full_lock || names_steering_wheel(choice.candidate)) {
     use(usual_ratio);
     choice.warnings.emplace_back(
-        "the steering wheel's angle, by its name, its size or the turns; its ratio is a guess: "
+        "the steering wheel's angle, judging by name, size or turns; its ratio is a guess: "
         "give --steering-ratio");
   } else {
     choice.warnings.emplace_back(
-        "taken as the front wheels' angle: the log does not say; if it is the steering wheel's, "
-        "give --steering-ratio");
+        "assumed to be the front wheels' angle, as the log does not show it; if it is the steering "
+        "wheel's, give --steering-ratio");
   }
 }
 

@@ -27,22 +27,22 @@ struct Traffic {
 /// All frames of logs, merged by stamp. Throws like can::MergedLog: file, line, fix.
 [[nodiscard]] Traffic read_logs(std::span<const std::string> logs, can::Damage damage);
 
-/// Listens to an interface; ends early on INT. Throws std::invalid_argument if nothing came.
+/// Listens to an interface, until INT at most. Throws std::invalid_argument if no frame arrived.
 [[nodiscard]] Traffic listen(const std::string& interface, double seconds);
 
-/// How often a message comes, and on which buses.
+/// How often a message is sent, and on which buses.
 struct Rhythm {
   double cycle = 0.0;              ///< median time between frames [s]
   double longest = 0.0;            ///< 99.9 % of these times are shorter [s]
   std::vector<std::string> buses;  ///< the buses that carry it, the busiest first
 };
 
-/// The rhythms of the databases' messages that came; the key is can::frame_key.
+/// The rhythms of those messages of the databases that arrived, by can::frame_key.
 [[nodiscard]] std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
                                                       std::span<const can::Database> databases);
 
-/// The values of a candidate in SI units, from the daemon's decoder, with fractions and signs,
-/// without invalid samples. Settles the candidate's conditions.
+/// The valid values of a candidate in SI units, as the daemon decodes them, with fraction and sign.
+/// Settles the conditions of the candidate.
 [[nodiscard]] Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
                                Candidate& candidate);
 

@@ -1,6 +1,6 @@
-// Layout: VESC firmware, documentation/comm_can.md and comm_can.c (STATUS_6 has number 58, as in
-// datatypes.h; the document says 28).
-#include "tools/init/vesc.hpp"
+// The layout is that of the VESC firmware, documentation/comm_can.md and comm_can.c. STATUS_6 has
+// number 58, as in datatypes.h; the document says 28.
+#include "tools/init/proposal.hpp"
 
 #include <array>
 #include <set>

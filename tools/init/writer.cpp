@@ -44,7 +44,7 @@ std::vector<std::string> signals_of(const Choice& choice) {
   return signals;
 }
 
-/// The keys that select the valid samples, and those for their sign.
+/// The keys for the sign and for the validity of samples.
 std::string conditions(const Candidate& candidate) {
   std::vector<std::string> valid;
   for (const Companion& one : candidate.valid_when)

@@ -64,7 +64,7 @@ void check_folder(const fs::path& folder) {
 
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
   CameraLog camera = read_camera_log(file);
-  // Poses that are neither used nor in place of a reference need no fix.
+  // Nobody needs warnings about poses that are neither used nor replace a reference.
   if (use == CameraUse::take || !drive.reference) append(drive.warnings, camera.warnings);
   if (camera.poses.empty() && drive.config.camera.configured && use == CameraUse::take)
     drive.warnings.push_back(no_camera_pose(file));

@@ -16,7 +16,6 @@
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/drive_files/table.hpp"
@@ -115,7 +114,7 @@ class RecordedDrive {
       pipeline_.take(cameras_[i]);
       ++summary.cameras;
     }
-    // The other messages were not usable, but they count, too.
+    // The other messages were unusable, but are counted as well.
     const std::uint64_t poses = row.camera_poses - before_.camera_poses;
     for (std::uint64_t i = row.camera_messages - before_.camera_messages; i > poses; --i)
       pipeline_.take_malformed_camera_message();
@@ -197,15 +196,8 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
   ReplaySummary& summary = result.summary;
   summary.first_tick_ns = summary.last_tick_ns = drive.begin().time_ns;
   while (const daemon::TickRecord* record = drive.next(summary)) {
-    ++summary.ticks;
-    summary.take_flags(*pipeline, record->pose);
-    summary.last_tick_ns = drive.tick().time_ns;
-    summary.last_mode = record->pose.mode;
-    if (record->initialised) {
-      ++summary.poses;
-      summary.take_odometry(record->pose);
-    }
     const BeatRow& live = drive.tick();
+    summary.add_tick(*pipeline, *record, live.time_ns);
     if (result.difference.empty() &&
         fmt::format("{:016x}", daemon::fingerprint(*record)) != live.record) {
       result.difference = fmt::format("tick {} (t = ", live.tick);
@@ -214,8 +206,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
     }
     sink(*record, live.time_ns);
   }
-  summary.take_statistics(*pipeline);
-  summary.camera_units = check_units("camera", drive.cameras(), {.trajectory = summary.odometry});
+  summary.finish(*pipeline, drive.cameras());
   append(result.warnings, check_sources(pipeline->decoder(), summary));
   append(result.warnings, diagnostics::kind("file_content"), drive.warnings());
   return result;

@@ -1,8 +1,11 @@
-// Reports what may be wrong in a replay that succeeded, so that nobody relies on wrong poses.
+// What a replay that succeeded tells the user: what may be wrong with its poses, and the result as
+// JSON.
 #pragma once
 
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <string_view>
+#include <string>
 
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -15,22 +18,39 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_message(
     const can::BoundMessage& message, const can::MessageCounters& counters);
 
-/// For the fix of often_gated: "its unit, scale and sign, and the vehicle".
-[[nodiscard]] std::string_view what_to_check(estimator::Source source);
+/// Reports a source of whose judged samples too many were gated; `label` names it. Nothing for a
+/// source with fewer than ten.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> check_gating(estimator::Source source,
+                                                                  const std::string& label,
+                                                                  std::uint64_t gated,
+                                                                  std::uint64_t judged);
 
-/// First one diagnostic per wiring fault found at any time (daemon/core/wiring.hpp), with its
-/// sources but without its consequences, and those of a bias or scale not learnt plausibly. Then,
-/// per source, one if it was inconsistent with the filter; one per flag that lasted a second or
-/// more (a tenth of a shorter drive): out of range, NaN or infinite, frozen, contradicting the
-/// others, failing its protection; one if over a tenth of its samples was not used, or it was
-/// silent for over a tenth of the time; one if over a tenth was gated.
+/// First reports each wiring fault that was found at any time (daemon/core/wiring.hpp), with its
+/// sources but without its consequences, and a bias or scale that the filter did not learn or
+/// learnt implausibly. Then reports, for each source: that it was inconsistent with the filter;
+/// each flag that lasted a second or more (or a tenth of a shorter drive), except slips and
+/// time-outs; that over a tenth of its samples was not used, or that it was silent for over a tenth
+/// of the time; that over a tenth of its samples was gated.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 
 /// Reports mapped messages without frames, without decoded frames or with frames cut off; frames
-/// out of order; a camera outside the log; sensors that were rejected; a model
-/// that stopped; and, last, a drive without a pose.
+/// out of order; a camera outside the log; what check_sources() finds; a model that stopped; and,
+/// last, a drive without a pose.
 [[nodiscard]] diagnostics::Diagnostics check_replay(const can::Decoder& decoder,
                                                     const ReplaySummary& summary);
+
+// replay_json.cpp
+
+/// Counts, times, how the samples of each source were judged, and warnings. `seconds`: how long the
+/// replay took.
+[[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
+                                                 const diagnostics::Diagnostics& warnings);
+
+/// The innovations per source, for sources with tested samples.
+[[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);
+
+/// The number of samples per source and verdict; zeros are left out.
+[[nodiscard]] nlohmann::ordered_json verdicts_json(const ReplaySummary& summary);
 
 }  // namespace odomd::tools

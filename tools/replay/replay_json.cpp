@@ -1,4 +1,5 @@
-#include "tools/replay/replay_json.hpp"
+// The result of a replay as JSON.
+#include "tools/replay/replay_checks.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -23,7 +24,7 @@ Json by_source(const ValueOf& value_of) {
   return sources;
 }
 
-// How long [s] each source was found wired or described wrongly, or inconsistent.
+// The time [s] for which each source was found wired or described wrongly, or inconsistent.
 Json wiring_json(const ReplaySummary& summary) {
   const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
                         static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
@@ -38,6 +39,20 @@ Json wiring_json(const ReplaySummary& summary) {
   });
 }
 
+/// The stated sigma and the filter's estimates at the end (null: none), for each source that has an
+/// estimate.
+Json noise_json(const ReplaySummary& summary) {
+  const auto or_null = [](double value) { return value > 0.0 ? Json(value) : Json(); };
+  return by_source([&](std::size_t source) -> Json {
+    const estimator::SourceNoise& estimate = summary.noise[source];
+    if (!estimate.estimated()) return {};
+    return {{"sigma", estimate.stated},
+            {"at_rest", or_null(estimate.at_rest)},
+            {"moving", or_null(estimate.moving)},
+            {"speed_share", or_null(estimate.speed_share)}};
+  });
+}
+
 }  // namespace
 
 Json innovations_json(const ReplaySummary& summary) {
@@ -49,18 +64,6 @@ Json innovations_json(const ReplaySummary& summary) {
             {"dimension", statistics.dimension},
             {"mean_nis", statistics.mean_nis()},
             {"inside_95", statistics.inside_95()}};
-  });
-}
-
-Json noise_json(const ReplaySummary& summary) {
-  const auto or_null = [](double value) { return value > 0.0 ? Json(value) : Json(); };
-  return by_source([&](std::size_t source) -> Json {
-    const estimator::SourceNoise& estimate = summary.noise[source];
-    if (!estimate.estimated()) return {};
-    return {{"sigma", estimate.stated},
-            {"at_rest", or_null(estimate.at_rest)},
-            {"moving", or_null(estimate.moving)},
-            {"speed_share", or_null(estimate.speed_share)}};
   });
 }
 

@@ -23,9 +23,9 @@ using estimator::Verdict;
 
 constexpr double long_flagged_s = 1.0;
 constexpr double long_part = 0.1;  // share of a drive under 10 s
-constexpr std::uint64_t least_samples = 10;
+constexpr std::uint64_t min_samples = 10;
 
-// All but slipping, which is temporary, and missing signals, which the mode shows.
+// All flags but slipping, which is temporary, and missing signals, which the mode shows.
 constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_finite,
                                     SourceFlag::frozen, SourceFlag::drifting,
                                     SourceFlag::failed_protection};
@@ -67,7 +67,14 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
   return fmt::format(" (for {:.1f} of {:.1f} s)", share(summary, count) * drive_s, drive_s);
 }
 
-// One diagnostic per wiring fault: sources with the same duration share a fault.
+// Adds a diagnostic, with the duration of `count` ticks, in which it applied.
+void add(diagnostics::Diagnostics& warnings, std::optional<diagnostics::Diagnostic> warning,
+         const ReplaySummary& summary, std::uint64_t count) {
+  warning->seen += seconds(summary, count);
+  append(warnings, std::move(warning));
+}
+
+// Gives one diagnostic per wiring fault: sources with equal durations share one fault.
 void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
                     diagnostics::Diagnostics& warnings) {
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {
@@ -83,33 +90,29 @@ void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
         who += (who.empty() ? "" : ", ") + label(decoder, other);
       }
       if (count == 0 || reported_already) continue;
-      append(warnings, daemon::diagnostic_of(static_cast<daemon::WiringFault>(fault),
-                                             estimator::source_names[source], who));
-      warnings.back().seen += seconds(summary, count);
+      add(warnings,
+          daemon::diagnostic_of(static_cast<daemon::WiringFault>(fault),
+                                estimator::source_names[source], who),
+          summary, count);
     }
   }
 }
 
-// Reports parameters that the filter could not learn, or learnt implausibly.
-void warn_of_learning(const ReplaySummary& summary, diagnostics::Diagnostics& warnings) {
-  const auto warn = [&](std::uint64_t ticks, diagnostics::Diagnostic warning) {
-    if (!is_long(summary, ticks)) return;
-    warnings.push_back(std::move(warning));
-    warnings.back().seen += seconds(summary, ticks);
-  };
-  warn(summary.bias_unlearnt, daemon::unlearnt_bias());
-  warn(summary.scale_implausible, daemon::implausible_scale());
+std::string_view what_to_check(Source source) {
+  if (source == Source::camera)
+    return "that its poses are of this drive and this map, its clock and its sigmas";
+  return is_inertial(source) ? "its unit, sign, scale, offset and mounting"
+                             : "its unit, scale and sign, and the vehicle";
 }
 
-// The fix for samples that were not used. Gated samples have their own diagnostic (often_gated).
+// How to fix samples that were not used. Gated samples have their own diagnostic (often_gated).
 std::string fix_for(const ReplaySummary& summary, Source source, Verdict verdict) {
   switch (verdict) {
     case Verdict::too_old:
       if (source == Source::camera)
         return fmt::format(
             "raise camera.max_latency, and filter.window with it, above {:.3f} s, the median age "
-            "of "
-            "its poses at their arrival",
+            "of its poses at their arrival",
             summary.camera_delay_s);
       return fmt::format(
           "check can.signals.{}.latency, which filter.window must cover, and that all buses have "
@@ -181,46 +184,44 @@ bool is_miswired(const ReplaySummary& summary, std::size_t source) {
 
 }  // namespace
 
-std::string_view what_to_check(Source source) {
-  if (source == Source::camera)
-    return "that its poses are of this drive and this map, its clock and its sigmas";
-  return is_inertial(source) ? "its unit, sign, scale, offset and mounting"
-                             : "its unit, scale and sign, and the vehicle";
+std::optional<diagnostics::Diagnostic> check_gating(Source source, const std::string& label,
+                                                    std::uint64_t gated, std::uint64_t judged) {
+  constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
+  const double part = static_cast<double>(gated) / static_cast<double>(judged);
+  if (judged < min_samples || often_gated.limits.hold(part)) return std::nullopt;
+  return found(often_gated, label,
+               fmt::format("{} of its {} samples ({:.0f} %) were gated: they differ too much from "
+                           "the filter's prediction",
+                           gated, judged, 100.0 * part),
+               std::string{what_to_check(source)});
 }
 
 diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const ReplaySummary& summary) {
-  constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
-  // Other findings on the camera, and some on other sources, follow from wrong units.
+  // If the camera's units are wrong, its other findings follow from that.
   diagnostics::Diagnostics warnings = summary.camera_units;
   warn_of_wiring(decoder, summary, warnings);
-  warn_of_learning(summary, warnings);
+  if (is_long(summary, summary.bias_unlearnt))
+    add(warnings, daemon::unlearnt_bias(), summary, summary.bias_unlearnt);
+  if (is_long(summary, summary.scale_implausible))
+    add(warnings, daemon::implausible_scale(), summary, summary.scale_implausible);
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     if (static_cast<Source>(source) == Source::camera && !summary.camera_units.empty()) continue;
     const bool miswired = is_miswired(summary, source);
-    if (const std::uint64_t count = summary.inconsistent[source]; count > 0 && !miswired) {
-      warnings.push_back(daemon::inconsistent_source(label(decoder, source)));
-      warnings.back().seen += seconds(summary, count);
-    }
+    if (const std::uint64_t count = summary.inconsistent[source]; count > 0 && !miswired)
+      add(warnings, daemon::inconsistent_source(label(decoder, source)), summary, count);
     for (const SourceFlag flag : reported_flags) {
       if (miswired && flag == SourceFlag::drifting) continue;
       const std::uint64_t count = summary.flagged[source][static_cast<std::size_t>(flag)];
       if (!is_long(summary, count)) continue;
-      append(warnings, daemon::diagnostic_of(flag, label(decoder, source)));
-      warnings.back().seen += seconds(summary, count);
+      add(warnings, daemon::diagnostic_of(flag, label(decoder, source)), summary, count);
     }
     append(warnings, unused(decoder, summary, source));
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];
-    const std::uint64_t judged = gated + verdicts[static_cast<std::size_t>(Verdict::fused)];
-    const double part =
-        static_cast<double>(gated) / static_cast<double>(std::max(judged, least_samples));
-    if (miswired || judged < least_samples || often_gated.limits.hold(part)) continue;
-    warnings.push_back(found(
-        often_gated, label(decoder, source),
-        fmt::format("{} of its {} samples ({:.0f} %) were gated, too far from what the filter "
-                    "expected by the others",
-                    gated, judged, 100.0 * part),
-        std::string{what_to_check(static_cast<Source>(source))}));
+    const std::uint64_t fused = verdicts[static_cast<std::size_t>(Verdict::fused)];
+    if (!miswired)
+      append(warnings, check_gating(static_cast<Source>(source), label(decoder, source), gated,
+                                    gated + fused));
   }
   return warnings;
 }

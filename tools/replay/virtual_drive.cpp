@@ -5,19 +5,18 @@
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
+#include "tools/math/median.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
 namespace odomd::tools {
 
-void ReplaySummary::take_odometry(const odom_pose& pose) {
-  constexpr std::int64_t spacing_ns = 100'000'000;
-  auto& points = odometry.points;
-  if (points.empty() || pose.time_ns - points.back().t_ns >= spacing_ns)
-    points.push_back(point_of(pose, Frame::odom));
-}
-
-void ReplaySummary::take_flags(const daemon::Pipeline& pipeline, const odom_pose& pose) {
+void ReplaySummary::add_tick(const daemon::Pipeline& pipeline, const daemon::TickRecord& record,
+                             std::int64_t time_ns) {
+  const odom_pose& pose = record.pose;
+  ++ticks;
+  last_tick_ns = time_ns;
+  last_mode = pose.mode;
   for (std::size_t source = 0; source < flagged.size(); ++source) {
     const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
     ++flagged[source].at(statistics.flag.get());
@@ -27,9 +26,20 @@ void ReplaySummary::take_flags(const daemon::Pipeline& pipeline, const odom_pose
   const bool moves = pose.mode != ODOM_INITIALISING && pose.mode != ODOM_STANDSTILL;
   if ((pose.conditions & ODOM_COND_BIAS_UNLEARNT) != 0 && moves) ++bias_unlearnt;
   if ((pose.conditions & ODOM_COND_SCALE_IMPLAUSIBLE) != 0) ++scale_implausible;
+  if (pose.mode == ODOM_FAULT && faulty++ == 0) {
+    fault_ns = time_ns;
+    fault_conditions = pose.conditions;
+  }
+  if (!record.initialised) return;
+  ++poses;
+  constexpr std::int64_t spacing_ns = 100'000'000;
+  auto& points = odometry.points;
+  if (points.empty() || pose.time_ns - points.back().t_ns >= spacing_ns)
+    points.push_back(point_of(pose, Frame::odom));
 }
 
-void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
+void ReplaySummary::finish(const daemon::Pipeline& pipeline,
+                           std::span<const estimator::CameraPose> camera_poses) {
   for (std::size_t source = 0; source < innovations.size(); ++source) {
     const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
     innovations[source] = statistics.innovations.get();
@@ -37,21 +47,12 @@ void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
     for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
       verdicts[source][verdict] = statistics.verdicts[verdict].get();
   }
+  std::vector<std::int64_t> delays_ns;
+  for (const estimator::CameraPose& pose : camera_poses)
+    delays_ns.push_back(pose.arrival_ns - pose.capture_ns);
+  if (!delays_ns.empty()) camera_delay_s = static_cast<double>(median_of(delays_ns)) * 1e-9;
+  camera_units = check_units("camera", camera_poses, {.trajectory = odometry});
 }
-
-namespace {
-
-double median_delay_s(std::span<const estimator::CameraPose> cameras) {
-  if (cameras.empty()) return 0.0;
-  std::vector<std::int64_t> delays;
-  for (const estimator::CameraPose& pose : cameras)
-    delays.push_back(pose.arrival_ns - pose.capture_ns);
-  const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
-  std::ranges::nth_element(delays, middle);
-  return static_cast<double>(*middle) * 1e-9;
-}
-
-}  // namespace
 
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
@@ -81,24 +82,11 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
 
     const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
     if (judged) judged(pipeline.judgements());
-    summary.take_flags(pipeline, record.pose);
-    ++summary.ticks;
-    summary.last_tick_ns = tick_ns;
-    summary.last_mode = record.pose.mode;
-    if (record.pose.mode == ODOM_FAULT) {
-      if (!summary.fault_ns) summary.fault_conditions = record.pose.conditions;
-      if (!summary.fault_ns) summary.fault_ns = tick_ns;
-      ++summary.faulty;
-    }
-    if (!record.initialised) continue;
-    ++summary.poses;
-    summary.take_odometry(record.pose);
-    sink(record);
+    summary.add_tick(pipeline, record, tick_ns);
+    if (record.initialised) sink(record);
   }
   summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
-  summary.camera_delay_s = median_delay_s(cameras);
-  summary.take_statistics(pipeline);
-  summary.camera_units = check_units("camera", cameras, {.trajectory = summary.odometry});
+  summary.finish(pipeline, cameras);
   return summary;
 }
 

@@ -70,12 +70,12 @@ struct ReplaySummary {
   /// Findings on the units of the camera's poses, from a comparison with that path.
   diagnostics::Diagnostics camera_units;
 
-  /// Call after every tick with a pose.
-  void take_odometry(const odom_pose& pose);
-  /// Call after every tick.
-  void take_flags(const daemon::Pipeline& pipeline, const odom_pose& pose);
-  /// Call after the last tick.
-  void take_statistics(const daemon::Pipeline& pipeline);
+  /// Adds a tick; `time_ns` is on the clock of the log.
+  void add_tick(const daemon::Pipeline& pipeline, const daemon::TickRecord& record,
+                std::int64_t time_ns);
+  /// Adds what is known after the last tick.
+  void finish(const daemon::Pipeline& pipeline,
+              std::span<const estimator::CameraPose> camera_poses);
 };
 
 /// The longest pause in a log; a longer one means a log of two drives.

@@ -19,7 +19,7 @@ std::string refusal(const std::string& text, const ConfigValue& value) {
 
 const std::string note = "odom identify mass: +- 0.1 kg";
 
-TEST(ConfigPatch, ReplacesANumberWhereItStandsAndKeepsEverythingElse) {
+TEST(ConfigPatch, ReplacesANumberInPlaceAndKeepsEverythingElse) {
   EXPECT_EQ(patch("# my car\n[vehicle]\n  mass=2.985 # kg\n\n\n[can]\nmass = 7\n",
                   {{"vehicle.mass", 3.1, ""}}),
             "# my car\n[vehicle]\n  mass=3.1 # kg\n\n\n[can]\nmass = 7\n");
@@ -34,7 +34,7 @@ TEST(ConfigPatch, ReplacesANumberWhereItStandsAndKeepsEverythingElse) {
   EXPECT_EQ(patch("a = 1 # x", {{"a", 12.345, ""}}), "a = 12.345 # x");
 }
 
-TEST(ConfigPatch, PutsTheNoteBehindTheCommentThatIsThere) {
+TEST(ConfigPatch, AppendsTheNoteToAnExistingComment) {
   const std::string once = patch("[vehicle]\nmass = 2.985   # kg\n", {{"vehicle.mass", 3, note}});
   EXPECT_EQ(once, "[vehicle]\nmass = 3.0     # kg (" + note + ")\n");
   // The comment's column and the text after the note are kept; the earlier note is replaced.
@@ -61,7 +61,7 @@ TEST(ConfigPatch, ReadsANumberWithItsNoteBack) {
   EXPECT_THROW((void)there("vehicle"), std::invalid_argument);
 }
 
-TEST(ConfigPatch, FindsTheNumberOfAKeyAndRefusesWhatIsNone) {
+TEST(ConfigPatch, ReadsTheNumberOfAKeyAndRefusesOtherValues) {
   const Scratch scratch;
   const auto file = scratch.write(
       "car.toml",
@@ -89,7 +89,7 @@ TEST(ConfigPatch, ReachesIntoInlineTablesAndTheNoteSaysWhichNumber) {
             "(sigma: odom identify noise: c) (latency: odom identify latency: b)\n");
 }
 
-TEST(ConfigPatch, ReachesIntoListsAlsoOfSeveralLines) {
+TEST(ConfigPatch, ReachesIntoListsEvenOfSeveralLines) {
   EXPECT_EQ(patch("[camera]\nlever_arm = [0, 1.5,2] # x\n", {{"camera.lever_arm[1]", -0.25, note}}),
             "[camera]\nlever_arm = [0, -0.25,2] # x ([1]: " + note + ")\n");
   const std::string lines = "[camera]\nlever_arm = [ # all\n  0.0, # x\n\t1,\n  2.0\n]\n";
@@ -153,7 +153,7 @@ TEST(ConfigPatch, IsNotFooledByTexts) {
               HasSubstr("cannot be inserted into this text"));
 }
 
-TEST(ConfigPatch, SaysWhatItCannotDo) {
+TEST(ConfigPatch, ReportsWhatItCannotDo) {
   EXPECT_THAT(refusal("\nmass = [", {"mass", 1, ""}), HasSubstr("car.toml:2: not TOML"));
   EXPECT_EQ(refusal("[vehicle]\nmass = \"3\"", {"vehicle.mass", 1, ""}),
             "car.toml:2: [vehicle] mass: is not a number; correct it");
@@ -184,7 +184,7 @@ TEST(ConfigPatch, OfAFileKeepsItsModeAndLinks) {
   EXPECT_EQ(static_cast<unsigned>(std::filesystem::status(file).permissions()), 0640U);
 }
 
-TEST(ConfigPatch, OfAFileIsWholeOrNotAtAllAndDoesNotWaitForAPipe) {
+TEST(ConfigPatch, OfAFileIsCompleteOrNotDoneAndDoesNotWaitForAPipe) {
   const Scratch scratch;
   const auto file = scratch.write("car.toml", car);
   const std::vector<ConfigValue> values{{"can.signals.wheel_rear.sigma", 0.25, note},

@@ -77,7 +77,7 @@ TEST(Text, HasSubjectFindingFixAndCode) {
             "drive.log:7: cut off [W201]");
 }
 
-TEST(Limits, HoldWhatLiesWithin) {
+TEST(Limits, HoldForValuesWithin) {
   constexpr Limits limits{.least = 0.5, .most = 2.0};
   EXPECT_TRUE(limits.hold(0.5));
   EXPECT_TRUE(limits.hold(2.0));
@@ -86,7 +86,7 @@ TEST(Limits, HoldWhatLiesWithin) {
   EXPECT_TRUE(Limits{}.hold(1e300));
 }
 
-TEST(Page, IsThatOfTheTable) {
+TEST(Page, MatchesTheTable) {
   if (std::getenv("ODOMD_WRITE_PAGES") != nullptr) std::ofstream{file} << page();
   std::ifstream written{file};
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>{written}, {}), page());

@@ -68,7 +68,7 @@ TEST(Link, GetsAFindingForEachMistake) {
   }
 }
 
-TEST(Link, ThatIsMissingOrOfAnotherKindIsRead) {
+TEST(Link, IsReadEvenIfMissingOrOfAnotherKind) {
   EXPECT_THAT(examine_link("can7", std::nullopt), ElementsAre(Named("interface_missing", "can7")));
   EXPECT_FALSE(read_link("no-such-bus"));
   ASSERT_TRUE(read_link("lo"));
@@ -144,7 +144,7 @@ TEST(Traffic, GetsAFindingForEachMistake) {
   }
 }
 
-TEST(Acknowledgement, IsMissedByAListenerThatHearsNothingOrOneFrameAgainAndAgain) {
+TEST(Acknowledgement, IsMissingIfAListenerReceivesNothingOrOneFrameRepeatedly) {
   const auto of = [](const Drive& drive, const Link& link) {
     return examine_acknowledgement("can0", link, drive);
   };

@@ -177,8 +177,8 @@ json& source(json& status, const std::string& name) {
   throw std::invalid_argument(name);
 }
 
-/// Values to put into a sound status, by their JSON pointers; "yaw_rate/flag" is one of a source.
-
+/// A sound status with changed values, which JSON pointers select; "yaw_rate/flag" selects that of
+/// a source.
 json with(const Changes& changes) {
   json status = sound_status();
   for (const auto& [where, value] : changes) {

@@ -28,7 +28,7 @@ TEST(CameraLog, ReadsEveryColumnExactly) {
   EXPECT_THAT(log.warnings, IsEmpty());
 }
 
-TEST(CameraLog, IsSortedByArrivalAndKeepsTheOrderOfEqualOnes) {
+TEST(CameraLog, IsSortedByArrivalAndKeepsTheOrderOfEqualTimes) {
   const CameraLog log = read_camera(camera_header +
                                     "2,1,20,0,0,1,1,1\n"
                                     "1,0.5,10,0,0,1,1,1\n"
@@ -47,7 +47,7 @@ TEST(CameraLog, WarnsOfACutOffLastLineAndOfPosesThatArriveBeforeTheyAreCaptured)
               ElementsAre(Named("camera_columns_exchanged", "1 of 2 poses")));
 }
 
-TEST(CameraLog, MayHoldNoPoseButNoSigmaThatIsNotPositive) {
+TEST(CameraLog, MayBeEmptyButRefusesSigmasThatAreNotPositive) {
   EXPECT_THAT(read_camera(camera_header).poses, IsEmpty());
   for (const char* sigma : {"0", "-0.01", "nan"}) {
     const std::string error =
@@ -86,7 +86,7 @@ TEST(PoseCsv, BeginsWithTheColumnsOfTheContract) {
   EXPECT_EQ(row.back(), '\n');
 }
 
-TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
+TEST(PoseCsv, AppendsTheCalibrationsOfARecord) {
   daemon::TickRecord record{.pose = some_pose()};
   record.details.gyro_bias = 0.01;
   record.details.wheel_scale = 0.98;
@@ -165,7 +165,7 @@ TEST(Trajectory, InterpolatesBetweenRowsAndNeverBeyondThem) {
   EXPECT_FALSE(at(trajectory, 2'000'000'001));
 }
 
-TEST(Trajectory, ReportsWhatItHas) {
+TEST(Trajectory, ReportsWhichColumnsItHas) {
   EXPECT_FALSE(read("t,x,y,yaw\n0,0,0,0\n").has_motion);
   EXPECT_TRUE(read("t,x,y,yaw,vx,vy,yaw_rate\n0,0,0,0,1,2,3\n").has_motion);
   EXPECT_FALSE(read("t,x,y,yaw,sigma_x\n0,0,0,0,1\n").has_covariance);

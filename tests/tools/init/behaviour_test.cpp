@@ -52,7 +52,7 @@ class Behaviour : public testing::Test {
   Proposal proposal_;
 };
 
-TEST_F(Behaviour, TurnsAGyroThatCountsToTheRightAndFindsTheTrack) {
+TEST_F(Behaviour, InvertsAGyroThatIsPositiveToTheRightAndFindsTheTrack) {
   add_wheels();
   add(Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); });
   EXPECT_EQ(checked(Source::yaw_rate).scale, -1.0);
@@ -68,7 +68,7 @@ TEST_F(Behaviour, FindsTheRatioOfASteeringWheel) {
   EXPECT_TRUE(proposal_.of(Source::steering)->sure());
 }
 
-TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheelsAndAGyroThatCountsToTheLeft) {
+TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheelsAndAGyroThatIsPositiveToTheLeft) {
   add_wheels();
   add(Source::yaw_rate, Motion::yaw_rate);
   add(Source::steering, Motion::angle);
@@ -105,7 +105,7 @@ TEST_F(Behaviour, SetsASignByMajorityButIsUnsure) {
   EXPECT_THAT(proposal_.notes, Not(IsEmpty()));
 }
 
-TEST_F(Behaviour, IsUnsureWhereTwoDisagree) {
+TEST_F(Behaviour, IsUnsureIfTwoSensorsDisagree) {
   add(Source::wheel_rear, Motion::speed);
   add(Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); });
   add(Source::steering, Motion::angle);
@@ -113,13 +113,13 @@ TEST_F(Behaviour, IsUnsureWhereTwoDisagree) {
   EXPECT_FALSE(proposal_.of(Source::steering)->sure());
 }
 
-TEST_F(Behaviour, FindsAnAccelerometerThatCountsBackwards) {
+TEST_F(Behaviour, InvertsAnAccelerometerThatIsPositiveBackwards) {
   add_wheels();
   add(Source::accel_x, [](double t) { return t < 10.0 ? 0.0 : -1.8 * std::sin(0.3 * (t - 10.0)); });
   EXPECT_EQ(checked(Source::accel_x).scale, -1.0);
 }
 
-TEST_F(Behaviour, TakesABiasOnlyOfACarThatStandsAndDoubtsALargeOne) {
+TEST_F(Behaviour, TakesABiasOnlyAtRestAndWarnsOfALargeOne) {
   struct Case {
     const char* what;
     double halt, bias, right_begins;  // [s], [rad/s], [s]
@@ -159,7 +159,7 @@ TEST_F(Behaviour, BlamesTheNumbersOfAMotorBeforeTheGyro) {
   EXPECT_TRUE(proposal_.of(Source::yaw_rate)->warnings.size() <= 1U);
 }
 
-TEST_F(Behaviour, WarnOfAYawRateInTheWrongUnitAndAWheelThatDoesNotFit) {
+TEST_F(Behaviour, WarnsOfAYawRateInTheWrongUnitAndOfAWrongWheel) {
   add_wheels();
   add(Source::wheel_front_left, [](double t) { return 3.6 * Motion::speed(t); });
   add(Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) / 57.3; });

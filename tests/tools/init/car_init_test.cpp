@@ -8,7 +8,7 @@ namespace {
 using estimator::Source;
 using nlohmann::json;
 
-TEST(Car, OnlyWhatARoleNeedsIsMissing) {
+TEST(Car, RequiresOnlyTheNumbersThatARoleNeeds) {
   const auto needed = [](const Proposal& proposal) {
     std::string options;
     for (const std::string& option : missing_numbers({}, proposal)) options += option + ' ';
@@ -65,7 +65,7 @@ class Init : public testing::Test {
   }
 };
 
-TEST_F(Init, WritesWhatReplaysAsTheConfigurationByHand) {
+TEST_F(Init, WritesAConfigurationThatReplaysLikeTheHandWrittenOne) {
   const Outcome outcome =
       init("--dbc lap/car.dbc --can lap/drive.log --json --force --out lap/init.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -91,7 +91,7 @@ TEST_F(Init, KnowsItsOwnBusWithoutADatabaseAndProtectsIt) {
   scratch().must_run("odomd --check --config own/car.toml");
 }
 
-TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
+TEST_F(Init, IsUnsureOfEveryRoleWithoutALog) {
   const Outcome outcome = init("--json --track 0.16 --dbc lap/car.dbc --out lap/database.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const json roles = json::parse(outcome.out).at("roles");

@@ -92,7 +92,7 @@ std::map<std::string, json> by_role(const json& result) {
   return roles;
 }
 
-TEST(OtherBus, WithSignBitsAndQualityBitsIsReadAsByHand) {
+TEST(OtherBus, WithSignBitsAndQualityBitsReplaysLikeAHandWrittenFile) {
   Bus bus("--scenario road --duration 60 --seed 2", R"(BU_: A
 BO_ 257 ESP_02: 8 A
  SG_ ESP_QBit_Gierrate : 12|1@1+ (1,0) [0|0] "" A
@@ -158,7 +158,7 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
   bus.expect_as_by_hand(1.1);
 }
 
-TEST(OtherBus, WithTheTurnsOfAMotorAndACommandIsReadAsByHand) {
+TEST(OtherBus, WithMotorTurnsAndASteeringCommandReplaysLikeAHandWrittenFile) {
   Bus bus("--scenario lap --laps 2 --seed 5", R"(BU_: A
 BO_ 9 VESC_Status1: 8 A
  SG_ ERPM : 0|32@1- (1,0) [0|0] "erpm" A

@@ -55,7 +55,7 @@ TEST(Roles, AreNotTakenByOtherQuantities) {
     EXPECT_EQ(best(role, other), "") << estimator::source_names.at(estimator::index_of(role));
 }
 
-TEST(Roles, AreNotTakenByWhatHasAnotherUnitOrMeaning) {
+TEST(Roles, AreNotTakenBySignalsOfAnotherUnitOrMeaning) {
   struct Case {
     Source role;
     const char *message, *name, *unit, *values;
@@ -96,7 +96,7 @@ TEST(Roles, PreferThePlainestNameAndTheGearToItsLever) {
             "GearActual");
 }
 
-TEST(Roles, KnowWhoSpeaksOfASignal) {
+TEST(Roles, FindTheValidityAndTheSignOfASignal) {
   struct Case {
     const char *name, *companion, *values;
     std::optional<double> valid, negative;
@@ -147,7 +147,7 @@ TEST(Roles, KnowWhoSpeaksOfASignal) {
   }
 }
 
-TEST(Roles, TakeNoRawValueThatASignalCannotHave) {
+TEST(Roles, IgnoreRawValuesThatASignalCannotHave) {
   const can::Database made =
       database(signal("YawRate", "deg/s", 9) +
                "VAL_ 100 YawRate 255 \"SNA\" 256 \"Invalid\" -300 \"Fault\" ;\n");
@@ -155,7 +155,7 @@ TEST(Roles, TakeNoRawValueThatASignalCannotHave) {
             std::vector<std::int64_t>{255});
 }
 
-TEST(Roles, WarnOfAnUnknownUnitAndASpeedThatIsNoWheels) {
+TEST(Roles, WarnOfAnUnknownUnitAndOfASpeedWithoutAWheel) {
   const can::Database unitless = database(signal("YawRate", ""));
   EXPECT_THAT(candidates_for(Source::yaw_rate, {&unitless, 1}).at(0).warnings, Not(IsEmpty()));
   const can::Database car = database(signal("VehicleSpeed", "km/h"));

@@ -128,7 +128,7 @@ class Drive : public testing::Test {
   }
 };
 
-TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
+TEST_F(Drive, GivesAPoseFromMassAndSizesAlone) {
   write_log("vesc.log", 20'000'000, vesc_frame);
   const Outcome made =
       init("--vesc 23 --gear-ratio 11.8 --pole-pairs 2 --dbc car.dbc --can vesc.log");
@@ -147,7 +147,7 @@ TEST_F(Drive, GivesAPoseByNothingButMassAndSizes) {
   EXPECT_LT(estimate.at("end_error_cm_per_m").get<double>(), 0.6);
 }
 
-TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
+TEST_F(Drive, WithoutTheFramesNamesThoseThatArrive) {
   write_log("vesc.log", 20'000'000, vesc_frame);
   write_log("others.log", 20'000'000, [](double turns) {
     return "00001B17#" + most_significant_first(std::lround(turns), 4) + "00A80000";
@@ -165,7 +165,7 @@ TEST_F(Drive, ThatLacksTheFramesNamesThoseThatCome) {
       AllOf(HasSubstr("sends no yaw rate and no steering"), Not(HasSubstr("times a second"))));
 }
 
-TEST_F(Drive, IsNotNeededForTheFilesAndMarksWhatNobodySaid) {
+TEST_F(Drive, IsNotNeededForTheFilesWhichMarkMissingNumbers) {
   const Outcome made = init("--vesc 23 --pole-pairs 2");
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_THAT(scratch().text("lap/motor.toml"),

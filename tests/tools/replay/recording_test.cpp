@@ -283,7 +283,7 @@ TEST_F(RecordingTest, FilesThatDoNotFitEachOtherAreRefused) {
               HasSubstr("/nonexistent/info.json: no such file"));
 }
 
-TEST_F(RecordingTest, NoFolderIsWrittenInto) {
+TEST_F(RecordingTest, DoesNotWriteIntoAnExistingFolder) {
   record(0);
   Car car{scratch_};
   car.tap().begin();

@@ -82,7 +82,7 @@ TEST_F(OdomReplay, RefusesALogInWhichNoTimePassesOrHoursPassAtOnce) {
               Ends(2, HasSubstr("drive.log:3: the log pauses for more than an hour")));
 }
 
-TEST_F(OdomReplay, KeepsWhatItReads) {
+TEST_F(OdomReplay, OverwritesNoInput) {
   const std::string log = "(1.000000) can0 101#95E803\n(1.010000) can0 102#00\n";
   scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw\n");
   scratch_.write("drive.log", log);

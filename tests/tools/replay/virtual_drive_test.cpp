@@ -50,7 +50,7 @@ TEST(FirstTick, RoundsUpToAMultipleOfThePeriod) {
   EXPECT_EQ(first_tick_ns(1, period), period);
 }
 
-TEST(Replay, TakesAFrameInAtTheFirstTickNotBeforeItsStamp) {
+TEST(Replay, UsesAFrameAtTheFirstTickNotBeforeItsStamp) {
   Drive drive{.stamps = {1001 * ms, 1005 * ms, 1005 * ms + 1, 1020 * ms}};
   play(drive);
   EXPECT_EQ(drive.summary.first_tick_ns, 1005 * ms);
@@ -64,7 +64,7 @@ TEST(Replay, TakesAFrameInAtTheFirstTickNotBeforeItsStamp) {
   }
 }
 
-TEST(Replay, TakesACameraPoseInWhenItHasArrived) {
+TEST(Replay, UsesACameraPoseOnceItHasArrived) {
   Drive drive{.stamps = {1000 * ms, 1010 * ms, 1020 * ms, 1030 * ms}};
   drive.cameras = {{.capture_ns = 1000 * ms,
                     .arrival_ns = 1016 * ms,
@@ -97,10 +97,10 @@ std::vector<std::string> warnings_after(std::uint64_t ticks, std::uint32_t condi
                                         odom_mode mode) {
   const auto idle = pipeline(false);
   ReplaySummary summary;
+  const daemon::TickRecord record{
+      .pose = {.mode = static_cast<std::uint32_t>(mode), .conditions = conditions}};
+  for (std::uint64_t i = 0; i < ticks; ++i) summary.add_tick(*idle, record, 10'000 * ms);
   summary.ticks = 2000;
-  summary.last_tick_ns = 10'000 * ms;
-  const odom_pose pose{.mode = static_cast<std::uint32_t>(mode), .conditions = conditions};
-  for (std::uint64_t i = 0; i < ticks; ++i) summary.take_flags(*idle, pose);
   return texts_of(check_sources(idle->decoder(), summary));
 }
 

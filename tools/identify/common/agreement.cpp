@@ -12,10 +12,10 @@
 #include "daemon/core/comparison.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/resampled.hpp"
 #include "tools/math/median.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -3,9 +3,9 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/drives.hpp"
-#include "tools/diagnostics/trajectory_checks.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
-namespace odomd::tools::diagnostics_test {
+namespace odomd::tools::trajectory_checks_test {
 namespace {
 
 using diagnostics::Named;
@@ -35,7 +35,7 @@ diagnostics::Diagnostics units(const Trajectory& poses, const Trajectory& driven
 const auto millimetres = Named("positions_in_millimetres", "about 1000 times as far as the wheels");
 const auto degrees = Named("yaw_in_degrees", "about 57 times as far as the gyro");
 
-TEST(UnitCheck, AsksForMillimetresAndDegreesThatAreNotWrongOfWheelsAndGyro) {
+TEST(UnitCheck, FindsMillimetresAndDegreesUnlessWheelsOrGyroAreWrong) {
   const struct {
     double metre, radian;
     ::testing::Matcher<const diagnostics::Diagnostics&> found;
@@ -58,7 +58,7 @@ TEST(UnitCheck, AsksForMillimetresAndDegreesThatAreNotWrongOfWheelsAndGyro) {
   EXPECT_THAT(units(wrapped, driven()), ElementsAre(degrees));
 }
 
-TEST(UnitCheck, IsNotMovedByAFewPosesThatAreWide) {
+TEST(UnitCheck, ToleratesAFewOutliers) {
   Trajectory good = in_units(1.0, 1.0), bad = in_units(1000.0, 1.0 / degree);
   for (std::size_t i = 0; i < good.points.size(); i += 50) {
     good.points[i].pose = {900.0, -900.0, 3.0};
@@ -68,7 +68,7 @@ TEST(UnitCheck, IsNotMovedByAFewPosesThatAreWide) {
   EXPECT_THAT(units(bad, driven()), ElementsAre(millimetres, degrees));
 }
 
-TEST(UnitCheck, HoldsPosesAgainstAFilterThatJumpsToo) {
+TEST(UnitCheck, ComparesPosesWithAFilterThatJumps) {
   Trajectory estimate = wavy_drive(0.0, 20.0, 0.01);
   for (std::size_t i = 0; i < estimate.points.size(); ++i)
     estimate.points[i].reset_count = std::floor(0.05 * static_cast<double>(i));
@@ -88,7 +88,7 @@ TEST(UnitCheck, TakesCameraPosesInAnyOrder) {
   EXPECT_THAT(check_units("camera", poses, {.trajectory = driven()}), ElementsAre(millimetres));
 }
 
-TEST(UnitCheck, SaysNothingOfACarThatHardlyMoves) {
+TEST(UnitCheck, FindsNothingIfTheCarHardlyMoves) {
   EXPECT_THAT(units(in_units(1000.0, 1.0 / degree), driven(0.01, 0.01)), IsEmpty());
   EXPECT_THAT(check_units("camera", std::span<const TrajectoryPoint>{}, {.trajectory = driven()}),
               IsEmpty());
@@ -96,7 +96,7 @@ TEST(UnitCheck, SaysNothingOfACarThatHardlyMoves) {
 
 const Trajectory truth = wavy_drive(0.0, 20.0, 0.01);
 
-TEST(CoverageCheck, IsOfTheWayThatIsDriven) {
+TEST(CoverageCheck, MeasuresTheDistanceDriven) {
   EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 0.005)));
   EXPECT_FALSE(check_coverage(truth, wavy_drive(1.0, 20.0, 0.005)));
   EXPECT_THAT(check_coverage(truth, wavy_drive(5.0, 15.0, 0.005)),
@@ -111,7 +111,7 @@ TEST(CoverageCheck, IsOfTheWayThatIsDriven) {
   EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 1.0)));
 }
 
-TEST(CoverageCheck, HasNoneOfAReferenceThatGoesOnWhileTheCarStands) {
+TEST(CoverageCheck, IgnoresAReferenceThatContinuesAtRest) {
   Trajectory longer = truth;
   for (int i = 1; i <= 3000; ++i) {  // 30 s, trembling
     TrajectoryPoint point = truth.points.back();
@@ -142,4 +142,4 @@ TEST(HeadingCheck, SuspectsDegreesAndClockwiseTurnsButNotReversingOrDrifting) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::diagnostics_test
+}  // namespace odomd::tools::trajectory_checks_test

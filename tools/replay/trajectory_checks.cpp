@@ -1,4 +1,4 @@
-#include "tools/diagnostics/trajectory_checks.hpp"
+#include "tools/replay/trajectory_checks.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ using estimator::CameraPose;
 using estimator::Pose2;
 
 /// The longest time between two rows of an estimate that does not count as a gap.
-std::int64_t longest_of(const Trajectory& estimate) {
+std::int64_t max_step_of(const Trajectory& estimate) {
   constexpr std::int64_t usual_ns = 500'000'000;
   std::vector<std::int64_t> rows_ns;
   for (std::size_t i = 1; i < estimate.points.size(); ++i)
@@ -30,19 +30,11 @@ std::int64_t longest_of(const Trajectory& estimate) {
   return rows_ns.empty() ? usual_ns : std::max(usual_ns, 3 * median_of(std::move(rows_ns)));
 }
 
-bool covers(const Trajectory& estimate, std::int64_t longest_ns, std::int64_t t_ns) {
-  const auto& points = estimate.points;
-  const auto after = std::ranges::lower_bound(points, t_ns, {}, &TrajectoryPoint::t_ns);
-  if (after == points.end()) return false;
-  if (after->t_ns == t_ns) return true;
-  return after != points.begin() && after->t_ns - (after - 1)->t_ns <= longest_ns;
-}
-
 bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   constexpr std::int64_t second_ns = 1'000'000'000;
   constexpr std::int64_t step_ns = second_ns / 10;
-  constexpr std::size_t least_samples = 20;
-  constexpr double least_turn = 0.1;  // rad per second, rms
+  constexpr std::size_t min_samples = 20;
+  constexpr double min_turn = 0.1;  // rad per second, rms
   double difference = 0.0;
   double turned = 0.0;
   std::size_t samples = 0;
@@ -60,8 +52,7 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
     turned += reference_turn * reference_turn;
     ++samples;
   }
-  return samples >= least_samples &&
-         turned > least_turn * least_turn * static_cast<double>(samples) &&
+  return samples >= min_samples && turned > min_turn * min_turn * static_cast<double>(samples) &&
          !kind("other_drive").limits.hold(std::sqrt(difference / turned));
 }
 
@@ -69,14 +60,14 @@ constexpr double degrees = 180.0 / std::numbers::pi;
 
 // Ratios per piece; their medians are robust against outliers and jumps of the filter.
 struct Sizes {
-  std::vector<double> ways;   ///< distance between the poses / distance driven
-  std::vector<double> turns;  ///< relative error of their turn, read in degrees
+  std::vector<double> distances;  ///< distance between the poses / distance driven
+  std::vector<double> turns;      ///< relative error of their turn, read in degrees
 };
 
 Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven) {
   constexpr std::int64_t piece_ns = 500'000'000, longest_ns = 1'000'000'000;
-  constexpr double least_way = 0.1;  // m per piece; less may come from a wrong scale of the wheels
-  constexpr double least_turn = 0.05;  // rad per piece
+  constexpr double min_distance = 0.1;  // m per piece; less may come from a wrong wheel scale
+  constexpr double min_turn = 0.05;     // rad per piece
   Sizes sizes;
   for (std::size_t i = 0, j = 0; i < poses.size(); i = j) {
     while (j < poses.size() && poses[j].t_ns - poses[i].t_ns < piece_ns) ++j;
@@ -84,11 +75,12 @@ Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven)
     if (poses[j].t_ns - poses[i].t_ns > longest_ns) continue;
     const auto from = at(driven, poses[i].t_ns), to = at(driven, poses[j].t_ns);
     if (!from || !to) continue;
-    const double way = distance(from->pose, to->pose);
-    if (way > least_way) sizes.ways.push_back(distance(poses[i].pose, poses[j].pose) / way);
+    const double driven_m = distance(from->pose, to->pose);
+    if (driven_m > min_distance)
+      sizes.distances.push_back(distance(poses[i].pose, poses[j].pose) / driven_m);
     const double turn = to->pose.yaw - from->pose.yaw;
     const double read = std::remainder(poses[j].pose.yaw - poses[i].pose.yaw, 360.0);
-    if (std::fabs(turn) > least_turn) sizes.turns.push_back(read / degrees / turn - 1.0);
+    if (std::fabs(turn) > min_turn) sizes.turns.push_back(read / degrees / turn - 1.0);
   }
   return sizes;
 }
@@ -105,28 +97,29 @@ double turn(const Pose2& motion) {
 }  // namespace
 
 std::optional<Diagnostic> check_coverage(const Trajectory& reference, const Trajectory& estimate) {
-  // Steps larger than the jitter of a reference at rest.
+  // Pieces are longer than the jitter of a reference at rest.
   constexpr double piece = 0.25;  // m
   constexpr std::int64_t piece_ns = 200'000'000;
-  constexpr double least_way = 4.0 * piece;  // shorter references are not checked
-  const std::int64_t longest_ns = longest_of(estimate);
+  constexpr double min_distance = 4.0 * piece;  // shorter references are not checked
+  Trajectory bridged = estimate;
+  bridged.bridge_ns = max_step_of(estimate);
+  const auto covers = [&](std::int64_t t_ns) { return at(bridged, t_ns).has_value(); };
   double whole_m = 0.0, covered_m = 0.0;
   std::int64_t covered_ns = 0;
   TrajectoryPoint from = reference.points.front();
   TrajectoryPoint before = from;
   for (const TrajectoryPoint& point : reference.points) {
-    const bool is_covered = covers(estimate, longest_ns, point.t_ns);
-    if (is_covered && covers(estimate, longest_ns, before.t_ns))
-      covered_ns += point.t_ns - before.t_ns;
+    const bool is_covered = covers(point.t_ns);
+    if (is_covered && covers(before.t_ns)) covered_ns += point.t_ns - before.t_ns;
     before = point;
     const double step = distance(from.pose, point.pose);
     if (step < piece || point.t_ns - from.t_ns < piece_ns) continue;
     whole_m += step;
-    if (is_covered && covers(estimate, longest_ns, from.t_ns)) covered_m += step;
+    if (is_covered && covers(from.t_ns)) covered_m += step;
     from = point;
   }
   constexpr const diagnostics::Kind& part = kind("estimate_covers_part");
-  if (whole_m < least_way || part.limits.hold(covered_m / whole_m)) return std::nullopt;
+  if (whole_m < min_distance || part.limits.hold(covered_m / whole_m)) return std::nullopt;
   const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
   return found(
       part, estimate.name,
@@ -144,8 +137,8 @@ std::optional<Diagnostic> drive_mismatch(const Trajectory& reference, const Traj
 }
 
 std::optional<Diagnostic> check_headings(const Trajectory& trajectory) {
-  constexpr double piece = 0.2;             // m
-  constexpr std::size_t least_pieces = 20;  // fewer pieces give no result
+  constexpr double piece = 0.2;  // m
+  constexpr std::size_t min_pieces = 20;
   // The resultant R = |Σ exp(2i(χ − ψ))| / n, with χ the course over a piece of the path and ψ the
   // mean heading of its ends: 1 if they agree, whatever axis yaw counts from. The angle is doubled
   // because the heading of a reversing car is opposite to its course.
@@ -163,7 +156,7 @@ std::optional<Diagnostic> check_headings(const Trajectory& trajectory) {
     ++pieces;
     from = to;
   }
-  if (pieces < least_pieces) return std::nullopt;
+  if (pieces < min_pieces) return std::nullopt;
   const double agreement = std::hypot(along, across) / static_cast<double>(pieces);
   constexpr const diagnostics::Kind& off_path = kind("headings_off_path");
   if (off_path.limits.hold(agreement)) return std::nullopt;
@@ -212,19 +205,19 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
 
 Diagnostics check_units(const std::string& subject, std::span<const TrajectoryPoint> poses,
                         const Driven& driven) {
-  constexpr std::size_t fewest = 10;  // pieces
-  constexpr double about = 3.0;       // tolerance factor, since wheels may spin
-  constexpr double alike = 0.5;       // relative error of a turn; poses in radians have 56/57
+  constexpr std::size_t min_pieces = 10;
+  constexpr double about = 3.0;      // tolerance factor, since wheels may spin
+  constexpr double max_error = 0.5;  // relative, of a turn; poses in radians have 56/57
   Diagnostics result;
   const Sizes sizes = sizes_of(poses, driven.trajectory);
-  const double ratio = sizes.ways.size() < fewest ? 1.0 : median_of(sizes.ways);
+  const double ratio = sizes.distances.size() < min_pieces ? 1.0 : median_of(sizes.distances);
   for (const auto& [kind, times] : {std::pair{&tools::kind("positions_in_millimetres"), 1000},
                                     {&tools::kind("positions_in_centimetres"), 100}})
     if (ratio > times / about && ratio < times * about)
       result.push_back(
           found(*kind, subject,
                 fmt::format("x and y go about {} times as far as {}", times, driven.way_of)));
-  if (sizes.turns.size() >= fewest && median_of_magnitudes(sizes.turns) <= alike)
+  if (sizes.turns.size() >= min_pieces && median_of_magnitudes(sizes.turns) <= max_error)
     result.push_back(found(kind("yaw_in_degrees"), subject,
                            "yaw turns about 57 times as far as " + driven.turn_of));
   return result;
