@@ -85,7 +85,7 @@ void go_on_from(const shm::Inheritance& last, estimator::Model model) {
   const auto pipeline = pipeline_of(config(model), false);
   std::int64_t now = start_ns + static_cast<std::int64_t>(ticks) * period_ns + 1'000'000;
   if (const auto age_ns = daemon::resumable_pose_age(last.pose, now)) {
-    require(*age_ns >= 0 && *age_ns < daemon::inheritance_ns, "it is young");
+    require(*age_ns >= 0 && *age_ns < daemon::inheritance_ns, "its age is in range");
     static_cast<void>(pipeline->resume(last.pose, last.details, *age_ns));
   }
   for (std::uint64_t i = 1; i <= 3; ++i) {

@@ -24,8 +24,8 @@ using diagnostics::Diagnostic;
 using diagnostics::found;
 using estimator::Source;
 
-constexpr double piece = 0.5, max_piece = 0.85, stride = 0.25, grid = 0.01;  // [s]
-constexpr double lag_step = 0.02;                                            // [s]
+constexpr double piece = 0.5, max_piece = 0.85, usual_stride = 0.25, grid = 0.01;  // [s]
+constexpr double lag_step = 0.02;                                                  // [s]
 constexpr int max_lag = 20, max_late_lag = 75;  // steps, for a usual sensor and a very late one
 constexpr double max_latency = 0.15;            // more than the latency of any sensor [s]
 constexpr double min_turn = 0.05;               // rad per piece, rms
@@ -103,7 +103,7 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
 }
 
 std::vector<Piece> pieces_of(const Resampled& turned) {
-  std::vector<Piece> result = even_pieces(turned.begin, turned.end(), stride);
+  std::vector<Piece> result = even_pieces(turned.begin, turned.end(), usual_stride);
   for (Piece& p : result) p.turn = turned.at(p.to) - turned.at(p.from);
   return result;
 }
@@ -265,7 +265,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
     return units.front();
 
   std::vector<Piece> seen =
-      pieces_of(in_order(poses, log.first_ns), stride, max_piece, config.camera.lever_arm);
+      pieces_of(in_order(poses, log.first_ns), usual_stride, max_piece, config.camera.lever_arm);
   std::erase_if(seen,
                 [&](const Piece& p) { return p.from < signals.begin() || p.to > signals.end(); });
   const auto scale_limits = kind("scale_off").limits;
