@@ -1,5 +1,6 @@
 #include "tools/cli/files.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "base/file_descriptor.hpp"
 #include "base/input_file.hpp"
 #include "tools/cli/output.hpp"
 
@@ -159,6 +161,13 @@ void WholeFile::finish() {
   if (place_ != standard_output) close_output(output_, place_);
   if (written_ != place_) {
     std::error_code error;
+    // A file is replaced only by one that is on the disk: the power may fail.
+    if (std::filesystem::exists(place_, error)) {
+      const FileDescriptor file(::open(written_.c_str(), O_RDONLY | O_CLOEXEC));
+      if (!file || ::fsync(file.get()) != 0)
+        throw std::runtime_error(place_.string() +
+                                 ": cannot be written: " + why_not_written(errno));
+    }
     std::filesystem::rename(written_, place_, error);
     if (error)
       throw std::runtime_error(place_.string() + ": cannot be written: " + error.message());
