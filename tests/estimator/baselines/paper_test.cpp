@@ -4,15 +4,12 @@
 #include "estimator/baselines/motion.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 
 #include "estimator/filter.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/driving_cases.hpp"
+#include "tests/estimator/golden.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::paper_test {
@@ -142,29 +139,6 @@ TEST(DynamicModel, SlowestResolvedSpeedIsThePoleOfThePrintedForm) {
 // ---------------------------------------------------------------------------------------
 
 constexpr double tolerance = 1e-9;
-
-/// A step of the author's own filter, which makes 4,000 of 5 ms.
-struct GoldenRow {
-  double steering, accel_x;        ///< u
-  double yaw_rate, speed;          ///< z
-  std::array<double, 6> expected;  ///< v_x, v_y, ψ̇, X, Y, ψ after predict and correct
-};
-
-/// Reads tests/data/paper_ekf_golden.csv.
-std::vector<GoldenRow> read_golden() {
-  std::ifstream file(ODOMD_TEST_DATA "/paper_ekf_golden.csv");
-  std::vector<GoldenRow> rows;
-  for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line.front() == '#') continue;
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream fields(line);
-    GoldenRow& row = rows.emplace_back();
-    fields >> row.steering >> row.accel_x >> row.yaw_rate >> row.speed;
-    for (double& value : row.expected) fields >> value;
-    if (!fields) throw std::runtime_error("not a row of ten numbers: " + line);
-  }
-  return rows;
-}
 
 TEST(PaperFilter, AgreesWithTheAuthorsFilterFromAnyPose) {
   const Pose2 initial{3.0, -4.0, 1.2};
