@@ -1,5 +1,5 @@
-"""What the tests of clients share: a segment driven by commands, and timeouts. Timeouts are generous: machines may be
-slow and busy."""
+"""What the tests of clients share: a segment driven by commands, odomd on a simulated drive, and
+timeouts. Timeouts are generous: machines may be slow and busy."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 TIMEOUT = 60.0  # s
+BIN = Path(os.environ["ODOMD_BIN"])
 
 
 def await_(condition: Callable[[], object], what: Callable[[], str] = lambda: "") -> None:
@@ -56,3 +57,28 @@ class Segment:
         """kill -9."""
         self._process.kill()
         self._process.communicate()
+
+
+class Daemon:
+    """odomd on a drive, as a process of its own."""
+
+    def __init__(self, directory: Path, drive: Path) -> None:
+        self._log = open(directory / "odomd.log", "a", encoding="utf-8")
+        # Through standard input, like a bus: opening the log by name would start a separate drive.
+        log = open(drive / "drive.log", "rb")
+        self._process = subprocess.Popen(
+            [
+                str(BIN / "odomd"),
+                *("--config", str(drive / "car.toml"), "--can", "-"),
+                *("--runtime-directory", str(directory), "--log-level", "warn"),
+            ],
+            stdin=log,
+            stderr=self._log,
+        )
+        log.close()
+
+    def kill(self) -> None:
+        """kill -9."""
+        self._process.kill()
+        self._process.wait()
+        self._log.close()
