@@ -1,6 +1,7 @@
 #include "tools/cli/files.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,7 +11,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "base/file_descriptor.hpp"
 #include "base/input_file.hpp"
 #include "tools/cli/output.hpp"
 
@@ -33,16 +33,6 @@ std::string reason_at(const std::filesystem::path& file) {
   return reason();
 }
 
-// `written` is the temporary file until `file` is complete.
-std::ofstream open_output_for(const std::filesystem::path& file,
-                              const std::filesystem::path& written) {
-  errno = 0;
-  std::ofstream output{written, std::ios::binary};
-  if (!output)
-    throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written));
-  return output;
-}
-
 }  // namespace
 
 std::ifstream open_input(const std::filesystem::path& file) {
@@ -62,7 +52,11 @@ std::string read_whole(const std::filesystem::path& file) {
 }
 
 std::ofstream open_output(const std::filesystem::path& file) {
-  return open_output_for(file, file);
+  errno = 0;
+  std::ofstream output{file, std::ios::binary};
+  if (!output)
+    throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(file));
+  return output;
 }
 
 std::string why_unwritten(std::ostream& failed) {
@@ -132,18 +126,43 @@ void check_writable(const std::filesystem::path& file) {
   if (is_moved_into(file)) const WholeFile probe(file);
 }
 
+namespace {
+
+// The group of a file is kept without the right to give the file away; without that, too, the group
+// of the writer must not get the rights that the other group had.
+void keep_owner_and_mode(int copy, const struct stat& replaced) {
+  mode_t mode = replaced.st_mode & 07777U;
+  if (::fchown(copy, replaced.st_uid, replaced.st_gid) != 0 &&
+      ::fchown(copy, static_cast<uid_t>(-1), replaced.st_gid) != 0)
+    mode &= ~static_cast<mode_t>(S_IRWXG);
+  static_cast<void>(::fchmod(copy, mode) == 0);
+}
+
+}  // namespace
+
 WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_(file) {
-  if (is_moved_into(file)) {
-    place_ = resolved(file);
-    written_ = place_;
-    written_ += ".partial";
+  if (!is_moved_into(file)) {
+    if (place_ != standard_output) output_ = open_output(file);
+    return;
   }
-  if (place_ != standard_output) output_ = open_output_for(file, written_);
+  place_ = resolved(file);
   struct stat replaced {};
-  if (written_ == place_ || ::stat(place_.c_str(), &replaced) != 0) return;
-  // If the owner cannot be kept, the file must at least stay readable to the same users.
-  static_cast<void>(::chown(written_.c_str(), replaced.st_uid, replaced.st_gid) == 0);
-  static_cast<void>(::chmod(written_.c_str(), replaced.st_mode & 07777U) == 0);
+  const bool replaces = ::stat(place_.c_str(), &replaced) == 0;
+  // O_EXCL: never the copy of another writer, nor the target of a link that somebody put there.
+  for (int i = 0; !copy_; ++i) {
+    written_ = fmt::format("{}.{}-{}.partial", place_.string(), ::getpid(), i);
+    copy_ = FileDescriptor(
+        ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, replaces ? 0600 : 0666));
+    if (!copy_ && errno != EEXIST)
+      throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written_));
+  }
+  // By its descriptor: the name may be somebody else's by now.
+  output_.open(fmt::format("/proc/self/fd/{}", copy_.get()), std::ios::binary);
+  if (!output_) {
+    ::unlink(written_.c_str());
+    throw std::invalid_argument(file.string() + ": cannot be written: /proc is not mounted");
+  }
+  if (replaces) keep_owner_and_mode(copy_.get(), replaced);
 }
 
 WholeFile::~WholeFile() {
@@ -162,12 +181,8 @@ void WholeFile::finish() {
   if (written_ != place_) {
     std::error_code error;
     // A file is replaced only by one that is on the disk: the power may fail.
-    if (std::filesystem::exists(place_, error)) {
-      const FileDescriptor file(::open(written_.c_str(), O_RDONLY | O_CLOEXEC));
-      if (!file || ::fsync(file.get()) != 0)
-        throw std::runtime_error(place_.string() +
-                                 ": cannot be written: " + why_not_written(errno));
-    }
+    if (std::filesystem::exists(place_, error) && ::fsync(copy_.get()) != 0)
+      throw std::runtime_error(place_.string() + ": cannot be written: " + why_not_written(errno));
     std::filesystem::rename(written_, place_, error);
     if (error)
       throw std::runtime_error(place_.string() + ": cannot be written: " + error.message());

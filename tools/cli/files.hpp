@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/file_descriptor.hpp"
+
 namespace odomd::tools {
 
 /// Throws std::invalid_argument: "x.csv: no such file", "x.csv: is a directory; name a file", ...
@@ -39,9 +41,11 @@ void check_outputs(std::span<const Output> outputs, std::span<const std::filesys
 /// Flushes and closes; throws std::runtime_error when something could not be written.
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 
-/// A file that exists completely or not at all: it is written as FILE.partial in the same folder
-/// and renamed by finish(). Anything but a regular file (a pipe, a device, or standard output,
-/// which is called "-") is written directly.
+/// A file that exists completely or not at all: it is written as FILE.PID-N.partial in the same
+/// folder and renamed by finish(). A file that it replaces keeps its mode, its symbolic link and,
+/// as far as the user may, its owner and group, and is only replaced once the new one is on the
+/// disk. Of several writers the last to finish wins. Anything but a regular file (a pipe, a device,
+/// or standard output, which is called "-") is written directly.
 class WholeFile {
  public:
   /// Throws std::invalid_argument if it cannot be written.
@@ -57,6 +61,7 @@ class WholeFile {
  private:
   std::filesystem::path place_;
   std::filesystem::path written_;  // equals the target if it is written directly
+  FileDescriptor copy_;            // of written_, unless it is written directly
   std::ofstream output_;
   bool finished_ = false;
 };

@@ -42,8 +42,8 @@ struct ConfigValue {
 [[nodiscard]] daemon::Config config_with(const daemon::Config& config,
                                          std::span<const ConfigValue> values);
 
-/// Throws what patch_config would throw about the file itself: that it is missing, not a regular
-/// file, not TOML or write-protected, or that its folder cannot be written.
+/// Throws std::invalid_argument if the file cannot be patched: it is missing, not a regular file,
+/// not TOML or write-protected, or its folder cannot be written.
 void check_patchable(const std::filesystem::path& file);
 
 /// Patches a file completely or not at all: if the result does not load as a configuration, nothing

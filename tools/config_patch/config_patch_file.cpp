@@ -33,9 +33,9 @@ std::string text_of(const fs::path& file) {
   if (::access(file.c_str(), W_OK) != 0 && errno == EACCES) {
     struct stat status {};
     const bool own = ::stat(file.c_str(), &status) == 0 && status.st_uid == ::geteuid();
-    throw std::runtime_error(file.string() +
-                             (own ? ": is write-protected; allow it with chmod u+w"
-                                  : ": belongs to another user; use sudo, or --write to a copy"));
+    throw std::invalid_argument(
+        file.string() + (own ? ": is write-protected; allow it with chmod u+w"
+                             : ": belongs to another user; use sudo, or --write to a copy"));
   }
   return text;
 }

@@ -44,7 +44,7 @@ TEST(CsvReader, SaysWhetherAnOptionalColumnExists) {
   EXPECT_FALSE((CsvReader{without, "x", {"a", "b"}, LastLine::keep_whole, {.required = 1}}.has(1)));
 }
 
-TEST(CsvReader, NamesFileLineAndColumnOfANumberThatIsNotFinite) {
+TEST(CsvReader, NamesFileLineAndColumnOfAnInvalidNumber) {
   EXPECT_EQ(error_of("a,b\n1,2\nnan,2\n"),
             "x.csv:3: column \"a\": \"nan\" is not a finite number; correct or remove the line");
   for (const char* bad : {"inf", "-inf", "1e999", "1x", "", "0x10", "1 2", "+1", "--1"}) {
