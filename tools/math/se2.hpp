@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include "estimator/common/pose.hpp"
 
 namespace odomd::tools {
+
+inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 [[nodiscard]] inline double distance(const estimator::Pose2& a, const estimator::Pose2& b) {
   return std::hypot(b.x - a.x, b.y - a.y);

@@ -255,7 +255,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
     if (std::max(far, little) <= max_unseen_ratio) return std::nullopt;
     return found(kind("scale_off"), name_of(Source::yaw_rate),
                  "turns " + fixed(std::max(far, little), 1) + " times as " +
-                     (far > little ? "far" : "little") + " as according to wheels and steering",
+                     (far > little ? "far" : "little") + " as wheels and steering say",
                  "yaw_rate, steering and the wheels");
   }
 

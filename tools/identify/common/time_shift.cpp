@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 
 constexpr double grid_step = 5e-3;
 
-// At least this share of the apparent information on the offset must not come from noise; otherwise
-// the offset is arbitrary.
+// At least this share of the apparent information on the offset must be real rather than noise;
+// otherwise the offset is arbitrary.
 constexpr double least_known_share = 0.5;
 
 /// The shifted functions at the time of every `every`-th sample.

@@ -15,8 +15,10 @@ using std::numbers::pi;
 
 void check(const Bifilar& pendulum) {
   if (std::fabs(pendulum.spacing_above - pendulum.spacing_below) >= 2.0 * pendulum.cord)
-    refuse("--cord: cords of {} m do not reach from fixings {} m apart to fixings {} m apart",
-           pendulum.cord, pendulum.spacing_above, pendulum.spacing_below);
+    refuse(
+        "--cord: cords of {} m do not reach from attachment points {} m apart to attachment points "
+        "{} m apart",
+        pendulum.cord, pendulum.spacing_above, pendulum.spacing_below);
 }
 
 std::string exchange_hint(const Bifilar& pendulum) {

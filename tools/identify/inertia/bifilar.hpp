@@ -1,7 +1,8 @@
 // The bifilar pendulum: a body on two cords that oscillates about the vertical axis.
 //
 // At an angle θ it is raised by z(θ) = h(0) - h(θ), h² = L² - a² - b² + 2 p cos θ, with the cords'
-// fixings 2a apart above and 2b below, and p = a b for a body in the middle. Equation of motion:
+// attachment points 2a apart above and 2b below, and p = a b for a body in the middle. Equation of
+// motion:
 //
 //   (J + m z'²) θ" + m z' z" θ'² + m g z' + c θ' + d |θ'| θ' = 0,   z' = p sin θ / h.
 //
@@ -20,8 +21,8 @@
 namespace odomd::tools {
 
 struct Bifilar {
-  double spacing_above = 0.0;  ///< between the cords' fixings [m]
-  double spacing_below = 0.0;  ///< distance of the fixings at the body [m]
+  double spacing_above = 0.0;  ///< between the cords' attachment points [m]
+  double spacing_below = 0.0;  ///< distance of the attachment points at the body [m]
   double cord = 0.0;           ///< length of a cord, L [m]
   double offset = 0.0;         ///< of the centre of gravity from the midpoint of the cords [m]
 
@@ -30,7 +31,7 @@ struct Bifilar {
     const double off = 2.0 * offset / spacing_below;
     return 0.25 * spacing_above * spacing_below * (1.0 - off * off);
   }
-  /// h(0): height of the upper fixings above the lower ones.
+  /// h(0): height of the upper attachment points above the lower ones.
   [[nodiscard]] double height() const {
     const double apart = 0.5 * (spacing_above - spacing_below);
     return std::sqrt(cord * cord - apart * apart);

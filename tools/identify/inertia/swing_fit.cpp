@@ -111,8 +111,7 @@ void check_swing(const Record& record, const std::vector<TurningPoint>& points, 
   if (period > slowest)
     refuse(
         "{}: according to its times, a swing takes {:.4g} s, and no car takes more than {:.0f} s: "
-        "are they in "
-        "ms? Divide them by 1000",
+        "are they in ms? Divide them by 1000",
         name, period, slowest);
   if (const double amplitude = peak * period / (2.0 * pi); amplitude > widest)
     refuse(

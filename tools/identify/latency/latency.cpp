@@ -57,8 +57,8 @@ void assign_key(Finding& finding, Source source, const std::string& question) {
   raise_to_zero(finding);
 }
 
-// The reference for all sources but the camera: with a camera its stamps, without one the gyro with
-// its configured latency.
+// The reference for all sources but the camera: the stamps of the camera if there is one, otherwise
+// the gyro with its configured latency.
 struct Clock {
   Measured gyro{};  // excess of the gyro's latency over the configured one
   bool of_camera = false;
@@ -74,7 +74,7 @@ Clock add_gyro(const daemon::Config& config, const SourceOffset& camera, Finding
                          camera.sigma};
   Finding& gyro = add_time(findings, "latency of yaw_rate", latency, camera.failure,
                            "against the camera's stamps");
-  if (gyro.determined == Determined::no) gyro.remark += "; is the camera's file of this drive?";
+  if (gyro.determined == Determined::no) gyro.remark += "; is the camera's file from this drive?";
   findings.details["measured"]["yaw_rate"] = gyro.value;
   assign_key(gyro, Source::yaw_rate,
              "t_capture is when the picture was taken: are the poses stamped later?");
@@ -185,7 +185,8 @@ Each source is compared with another and shifted in time until they agree:
   camera       its yaw with the integral of the gyro
   wheels       the difference of left and right with the gyro; a single one: its distance with
                that of the camera
-  accel_x, _y  take the latency of a gyro in the same message; tyres delay what they show
+  accel_x, _y  take the latency of a gyro in the same message, with a camera only; drag and
+               tyres shift what they show
   steering     the yaw rate of a car with these tyres with the gyro: delay and lag between
                command and wheels, for [steering]; none if the angle is measured
 The capture stamps of the camera are the time reference, so the latency of the gyro is found,

@@ -62,7 +62,8 @@ void add_sensor(const Sensor& sensor, const StandingNoise& noise,
           ? fmt::format("rounding noise of the resolution {:.3g}, which hides the sensor's noise",
                         noise.resolution)
       : noise.group_size > 1 ? fmt::format("at rest; about {} samples are correlated (filtered or "
-                                           "held): the value is valid for means over them",
+                                           "held): chosen so that means over many samples get the "
+                                           "right uncertainty",
                                            noise.group_size)
                              : "white noise of a sample at rest");
   // "multiplied by a factor of ten to compensate for additional uncertainties and vibrations"

@@ -1,7 +1,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <ranges>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/math/median.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -124,7 +124,6 @@ void require_slip(const CorneringStiffness& found) {
     slip = std::max(slip, std::abs(point.force) / found.rear.stiffness.value);
     sigma = std::max(sigma, point.sigma);
   }
-  constexpr double degrees = 180.0 / std::numbers::pi;
   refuse(
       "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, and the "
       "film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers farther "

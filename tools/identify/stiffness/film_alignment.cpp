@@ -125,6 +125,35 @@ Offset refine(const YawRates& film, const YawRates& gyro, const Shift& shift) {
   return solve(regression);
 }
 
+double high_rate_of(const YawRates& rates) {
+  std::vector<double> sizes;
+  for (const double value : rates.value)
+    if (!std::isnan(value)) sizes.push_back(std::abs(value));
+  if (sizes.empty()) return 0.0;
+  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 9 / 10);
+  std::ranges::nth_element(sizes, place);
+  return *place;
+}
+
+[[noreturn]] void refuse_unrelated(const std::string& name, const YawRates& film,
+                                   const YawRates& gyro, double agreement, double mirrored) {
+  if (mirrored > good_agreement)
+    refuse(
+        "{}: the film turns the other way than the gyro; add --y-down if the track's y points down "
+        "(or omit it if it points up)",
+        name);
+  const double ratio = high_rate_of(film) / high_rate_of(gyro);
+  const bool other_rate = ratio > 0.0 && (ratio < 0.9 || ratio > 1.1);
+  refuse(
+      "{}: film and log do not overlap or are not of one drive: their yaw rates agree to {:.0f} % "
+      "at best{}",
+      name, 100.0 * std::max(agreement, 0.0),
+      other_rate ? fmt::format("; the film turns {:.2g} times as fast as the gyro: check its frame "
+                               "rate (odom identify track --fps)",
+                               ratio)
+                 : std::string{"; give each film its own log (--run)"});
+}
+
 // Throws for films in which the markers are too rarely visible.
 void require_seen(const std::string& name, const YawRates& film) {
   const std::int64_t seen =
@@ -145,14 +174,7 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   require_seen(name, film);
   const Shift best = best_shift(film, turn, 1.0);
   if (best.agreement < good_agreement)
-    refuse("{}: {}", name,
-           best_shift(film, turn, -1.0).agreement > good_agreement
-               ? "the film turns the other way than the gyro; add --y-down if the track's y points "
-                 "down (or omit it if it points up)"
-               : fmt::format("the yaw rates of film and log agree to {:.0f} % at best; give each "
-                             "film the log of its own drive (--run), and check the film's frame "
-                             "rate (odom identify track --fps)",
-                             100.0 * std::max(best.agreement, 0.0)));
+    refuse_unrelated(name, film, turn, best.agreement, best_shift(film, turn, -1.0).agreement);
   const Offset refined = refine(film, turn, best);
   FilmAlignment result{.film = name};
   result.offset_ns = turn.first_ns + YawRates::step_ns * best.steps - film.first_ns -

@@ -58,7 +58,8 @@ Plane parse_place(const std::string& option, const std::string& text) {
 double sigma_scale_of(const Options& options) {
   const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
   if (sigma > 0.1)
-    refuse("--sigma-scale: {} is more than a tenth; write per cent as 0.3%", options.sigma_scale);
+    refuse("--sigma-scale: {} is more than 10 %; a number without % is a fraction (0.003 is 0.3%)",
+           options.sigma_scale);
   return sigma;
 }
 

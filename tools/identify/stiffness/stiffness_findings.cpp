@@ -11,13 +11,12 @@
 #include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using tools::kind;
-
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 void add_stiffness(const std::string& axle, const AxleStiffness& found, Findings& findings) {
   Finding& finding = findings.add("cornering stiffness, " + axle,

@@ -46,7 +46,9 @@ Weighed weigh(const Options& options, Dimensions dimensions) {
       .sigma = parse_or(0.0, options.sigma, Dimension::mass, "--scale-sigma"),
       .accuracy = parse_or(1e-3, options.accuracy, Dimension::pure, "--scale-accuracy")};
   if (scale.accuracy > 0.1)
-    refuse("--scale-accuracy: {} is more than a tenth; write per cent as 0.1%", options.accuracy);
+    refuse(
+        "--scale-accuracy: {} is more than 10 %; a number without % is a fraction (0.001 is 0.1%)",
+        options.accuracy);
   dimensions.level = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level > 0.2)
     refuse("--level: with this slope the loads are useless; level the car");
