@@ -2,6 +2,7 @@
 #include "can_protocol/dbc/lexer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "base/printable.hpp"
@@ -10,12 +11,19 @@
 namespace odomd::can {
 namespace {
 
-/// Each between two blanks.
-constexpr std::string_view keywords =
-    " VERSION NS_ BS_ BU_ BO_ SG_ CM_ VAL_ VAL_TABLE_ BA_ BA_DEF_ BA_DEF_DEF_ SIG_VALTYPE_ "
-    "SG_MUL_VAL_ NS_DESC_ CAT_DEF_ CAT_ FILTER EV_ EV_DATA_ ENVVAR_DATA_ SGTYPE_ SGTYPE_VAL_ "
-    "SIG_GROUP_ SIG_TYPE_REF_ BA_SGTYPE_ BA_DEF_SGTYPE_ BA_DEF_REL_ BA_REL_ BA_DEF_DEF_REL_ "
-    "BO_TX_BU_ BU_SG_REL_ BU_EV_REL_ BU_BO_REL_ ";
+constexpr std::array<std::string_view, 34> keywords{
+    "VERSION",       "NS_",         "BS_",
+    "BU_",           "BO_",         "SG_",
+    "CM_",           "VAL_",        "VAL_TABLE_",
+    "BA_",           "BA_DEF_",     "BA_DEF_DEF_",
+    "SIG_VALTYPE_",  "SG_MUL_VAL_", "NS_DESC_",
+    "CAT_DEF_",      "CAT_",        "FILTER",
+    "EV_",           "EV_DATA_",    "ENVVAR_DATA_",
+    "SGTYPE_",       "SGTYPE_VAL_", "SIG_GROUP_",
+    "SIG_TYPE_REF_", "BA_SGTYPE_",  "BA_DEF_SGTYPE_",
+    "BA_DEF_REL_",   "BA_REL_",     "BA_DEF_DEF_REL_",
+    "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
+    "BU_BO_REL_"};
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v';
@@ -191,8 +199,7 @@ class Lexer {
 }  // namespace
 
 bool is_dbc_keyword(std::string_view word) {
-  if (word.empty() || word.find(' ') != std::string_view::npos) return false;
-  return keywords.find(std::string{' '}.append(word) += ' ') != std::string_view::npos;
+  return std::ranges::find(keywords, word) != keywords.end();
 }
 
 std::vector<Token> tokenize(std::string_view text, Encoding encoding) {

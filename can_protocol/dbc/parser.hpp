@@ -84,8 +84,8 @@ class DbcParser {
     std::uint64_t number = 0;
   };
   Reference reference(std::string statement);
-  /// The signal's name in a statement that decides what its values mean: a mistake in the rest of
-  /// the statement leaves out the signal.
+  /// Reads the signal's name in a statement that decides what its values mean. If there is a
+  /// mistake in the rest of the statement, the signal is left out.
   std::string take_meaning(const Reference& of, std::string_view form);
   /// The message; null if it was ignored or, with a warning, if it is unknown.
   DraftMessage* find(const Reference& reference);

@@ -39,6 +39,7 @@ constexpr std::array rows{
 constexpr const Row& row_of(Unit unit) {
   return rows[static_cast<std::size_t>(unit)];
 }
+static_assert(rows.size() == static_cast<std::size_t>(Unit::percent) + 1, "every unit has a row");
 static_assert(std::ranges::all_of(rows, [](const Row& row) { return &row_of(row.unit) == &row; }));
 
 /// Units that no role accepts, normalised as above.

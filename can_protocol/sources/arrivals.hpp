@@ -1,4 +1,4 @@
-// Follows the clock behind the stamps of a live pipe: its steps, and the delays of its lines.
+// Follows the clock that stamps the lines of a live pipe: its steps, and the delays of the lines.
 #pragma once
 
 #include <algorithm>

@@ -32,12 +32,15 @@ struct Controller {
   /// From bus-off to the restart; 0: no automatic restart.
   std::optional<std::uint32_t> restart_ms;
   /// The nominal bit timing (for CAN FD: of the arbitration phase); empty before a bit rate was
-  /// set. Values that the driver does not report are 0.
+  /// set. sample_point is in permille of a bit, tq in ns, segments and sjw are in time quanta.
+  /// Values that the driver does not report are 0.
   std::optional<can_bittiming> bit_timing;
   std::optional<std::uint32_t> clock_hz;
   std::vector<std::string_view> modes;  ///< those that are on: "loopback", "listen_only", "fd", ...
-  std::optional<can_berr_counter> errors;
-  std::optional<can_device_stats> statistics;  ///< since the driver was loaded; the counts wrap
+  std::optional<can_berr_counter> errors;  ///< the controller's transmit and receive counters
+  /// Counts since the driver was loaded, which wrap. error_warning, error_passive and bus_off: how
+  /// often the state was entered.
+  std::optional<can_device_stats> statistics;
 };
 
 /// Queries the kernel. Empty when the interface has no controller (vcan) or does not exist. Makes

@@ -25,8 +25,7 @@ enum class SourceKind : std::uint8_t { standard_input, log, interface };
 /// interface, except for the bus; only `selected` frames of a log are read. Throws as LogFeeder and
 /// SocketCanSource do, and std::invalid_argument at one bus too many.
 [[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,
-                                                       LogClock& clock,
-                                                       SocketCanSettings settings = {},
+                                                       LogClock& clock, SocketCanSettings settings,
                                                        const FrameSelection& selected = {});
 
 }  // namespace odomd::can

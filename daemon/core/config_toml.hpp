@@ -53,7 +53,7 @@ class TableReader {
   /// The table of this name inside this one, if it exists.
   [[nodiscard]] std::optional<TableReader> table(std::string_view key, std::string name);
 
-  /// The table of this name inside this one, or the tables of a list; none without the key.
+  /// The table of this name inside this one, or the tables of a list; empty if the key is absent.
   [[nodiscard]] std::vector<TableReader> tables(std::string_view key, const std::string& name);
 
   /// All keys with their tables; every value must be a table.

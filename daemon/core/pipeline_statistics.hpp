@@ -15,7 +15,8 @@
 
 namespace odomd::daemon {
 
-/// A value that one thread sets and any may get, word by word: the words may be of two values.
+/// A value that one thread sets and any thread may get. It is not atomic as a whole: a read may mix
+/// words of two values.
 template <typename T>
 class Shared {
  public:

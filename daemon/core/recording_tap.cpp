@@ -6,7 +6,7 @@ namespace odomd::daemon {
 
 void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                              const Pipeline& pipeline) noexcept {
-  // Acquire: with the request, the rings that housekeeping created and emptied become visible.
+  // Acquire: who sees the request also sees the rings that housekeeping created and emptied.
   const State state = state_.load(std::memory_order_acquire);
   if (state == State::idle || state == State::full) return;
   if (state == State::unwanted) {

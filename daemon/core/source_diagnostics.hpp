@@ -29,6 +29,8 @@ namespace odomd::daemon {
       {SourceFlag::drifting, kind("contradicts_others"), "contradicts the other sensors"},
       {SourceFlag::failed_protection, kind("protection_failed"),
        "fails its end-to-end protection"}};
+  static_assert(std::size(rows) + 3 == static_cast<std::size_t>(SourceFlag::count),
+                "all flags but ok, slipping and timed_out have a row");
   for (const Row& row : rows)
     if (row.flag == flag) return found(row.kind, std::move(label), std::string{row.seen});
   return std::nullopt;
@@ -72,6 +74,8 @@ namespace odomd::daemon {
        "speeds up"},
       {WiringFault::unit, kind("wrong_unit"), kind("camera_wrong_unit"),
        "is in another unit, according to the other sensors"}};
+  static_assert(std::size(rows) + 1 == static_cast<std::size_t>(WiringFault::count),
+                "all faults have a row");
   for (const Row& row : rows)
     if (row.fault == fault)
       return found(source == "camera" ? row.camera : row.kind, std::move(label),

@@ -41,6 +41,7 @@ class Wiring {
   /// Takes a sample as received, in SI units and the car's axes, in or out of range, and in any
   /// order within a second.
   void add_sample(estimator::Source source, std::int64_t time_ns, double value) noexcept;
+  /// Takes a pose of the centre of gravity [m, rad], in any order within a second.
   void add_pose(const estimator::CameraPose& pose) noexcept;
 
   /// Call once per tick.

@@ -20,6 +20,7 @@ class SourceReporter {
  public:
   explicit SourceReporter(const Running& running);
 
+  /// Logs what has changed since the last call. Not real-time.
   void update(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
 
  private:

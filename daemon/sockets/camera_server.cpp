@@ -18,9 +18,8 @@ static_assert(std::endian::native == std::endian::little, "the wire is little-en
 constexpr std::int64_t latest_ns = std::int64_t{1} << 61;
 
 /// The capture time on CLOCK_MONOTONIC, or the reason why there is none. A picture may be older
-/// than a step of the wall clock: its stamp is converted with the offset of that time. A stamp that
-/// no offset makes recent is converted with the current offset, and the filter then gives its
-/// verdict.
+/// than a step of the wall clock: its stamp is converted with the offset of that time. If no
+/// offset gives a recent time, the current offset is used, and the filter then gives its verdict.
 MalformedCause convert(const odom_camera_message& message, const MessageClocks& clocks,
                        std::int64_t arrival_ns, std::int64_t& capture_ns) noexcept {
   std::int64_t offset_ns = 0;

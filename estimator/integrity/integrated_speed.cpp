@@ -11,7 +11,7 @@
 namespace odomd::estimator::integrity {
 namespace {
 
-// Time constant of following the consensus [s].
+// Time constant for tracking the consensus [s].
 constexpr double follow_s = 0.3;
 
 /// Locked wheels brake, which the accelerometer measures. So the car stands if all wheels are

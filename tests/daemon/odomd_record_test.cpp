@@ -140,7 +140,7 @@ TEST_F(OdomdRecord, ReportsTheEndToARecorderThatFallsBehind) {
   expect_bit_identical("drive-2");
 }
 
-TEST_F(OdomdRecord, SocketHasThePermissionsOfThePose) {
+TEST_F(OdomdRecord, ReadersOfThePoseMayRecord) {
   desk_.write("car.toml", desk_.read("car.toml") + "mode = 0o640\n");
   DaemonProcess odomd(desk_, {});
   desk_.await_status();

@@ -17,7 +17,7 @@ namespace {
 
 class Stress : public ::testing::Test {
  public:
-  ~Stress() override { counts_->stop = true; }  // so also after a failed assertion
+  ~Stress() override { counts_->stop = true; }  // after a failed assertion, too
 
  protected:
   static constexpr std::size_t readers = SharedCounts::capacity;  // two threads and two processes

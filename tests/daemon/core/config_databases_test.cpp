@@ -76,7 +76,7 @@ TEST_F(DatabasesTest, WarnsAboutMappedMessagesOnly) {
               HasSubstr("it was left out in line 18: "));
 }
 
-TEST_F(DatabasesTest, WarnsAboutRolesThatTheModelUses) {
+TEST_F(DatabasesTest, WarnsAboutUnmappedRolesOfTheModel) {
   const auto not_mapped = [&](const std::string& roles) { return Named("role_not_mapped", roles); };
   const auto model = [](const std::string& name) { return "[filter]\nmodel = '" + name + "'\n"; };
   EXPECT_THAT(further_warnings_of(wheel + model("paper")),
@@ -129,7 +129,7 @@ motor = { message = 'WHEELS', signal = 'RL', unit = 'm/s' } -> signal 'motor': n
       "car.toml: [can.signals]: no speed is mapped; map wheel_rear, the four wheels or motor");
 }
 
-TEST_F(DatabasesTest, AcceptsALatencyThatFitsTheWindow) {
+TEST_F(DatabasesTest, AcceptsALatencyThatFitsTheWindowOrIsIgnored) {
   const std::string late =
       wheel + "motor = { message = 'WHEEL', signal = 'RR', unit = 'm/s', latency = 0.3 }\n";
   EXPECT_EQ(error_of(head + late + "[filter]\nwindow = 0.3\n"), "");

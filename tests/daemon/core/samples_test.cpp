@@ -22,7 +22,7 @@ estimator::CameraPose facing_north() {
           .sigma_yaw = 0.1};
 }
 
-TEST(CameraPoseAtTheDoor, MovesToTheCentreOfGravityWithTheYawError) {
+TEST(CameraPose, MovesToTheCentreOfGravityWithTheYawError) {
   const double north = std::numbers::pi / 2;
   auto turned = facing_north();
   turned.yaw += 0.2;
@@ -85,7 +85,7 @@ TEST(SourceWatch, SourceWithoutASampleTimesOutFromTheStart) {
   EXPECT_TRUE(watch.overdue(gyro, 131 * ms, 100 * ms));
 }
 
-TEST(SourceWatch, AgeStartsAtTheSampleTimeoutAtItsReception) {
+TEST(SourceWatch, CountsAgeFromTheSampleAndTimeoutFromItsReception) {
   SourceWatch watch;
   watch.heard(gyro, 100 * ms, 60 * ms);  // 40 ms of known latency, longer than the time-out
   EXPECT_FALSE(watch.overdue(gyro, 10'000 * ms, 0)) << "it is not configured";

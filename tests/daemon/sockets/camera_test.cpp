@@ -201,7 +201,7 @@ std::int64_t capture_of(odom_clock clock, std::int64_t time_ns, const MessageClo
   return read(given, by).pose.capture_ns;
 }
 
-TEST(CameraWire, ReadsAPoseOnAnyClock) {
+TEST(CameraMessage, ReadsAPoseOnAnyClock) {
   EXPECT_THAT(read(message()), FieldsAre(MalformedCause::none, FieldsAre(8'000'000, arrival, 1.0,
                                                                          2.0, 3.0, 0.1, 0.2, 0.3)));
   EXPECT_EQ(capture_of(ODOM_CLOCK_REALTIME, 8'000'000), 7'000'000);
@@ -211,7 +211,7 @@ TEST(CameraWire, ReadsAPoseOnAnyClock) {
     EXPECT_EQ(capture_of(ODOM_CLOCK_REALTIME, arrival + offset + far), arrival + far);
 }
 
-TEST(CameraWire, ConvertsAStampFromBeforeAStepOfTheWallClock) {
+TEST(CameraMessage, ConvertsAStampFromBeforeAStepOfTheWallClock) {
   constexpr std::int64_t hour = 3'600'000'000'000;
   for (const std::int64_t step : {-hour, hour}) {
     WallClock wall;
@@ -223,7 +223,7 @@ TEST(CameraWire, ConvertsAStampFromBeforeAStepOfTheWallClock) {
   }
 }
 
-TEST(CameraWire, NamesTheCauseOfAMalformedMessage) {
+TEST(CameraMessage, NamesTheCauseOfAMalformedMessage) {
   const auto cause_of = [](auto change, const MessageClocks& by = clocks) {
     auto given = message();
     change(given);
@@ -239,7 +239,7 @@ TEST(CameraWire, NamesTheCauseOfAMalformedMessage) {
   EXPECT_EQ(cause_of([](auto& m) { m.x = std::nan(""); }), MalformedCause::none);
 }
 
-TEST(CameraWire, RefusesAnyOtherSize) {
+TEST(CameraMessage, RefusesAnyOtherSize) {
   const auto given = message();
   const auto bytes = std::as_bytes(std::span(&given, 1));
   for (const std::size_t size : {0U, 1U, 79U, 81U, 65536U})
@@ -248,7 +248,7 @@ TEST(CameraWire, RefusesAnyOtherSize) {
             MalformedCause::size);
 }
 
-TEST(CameraWire, RefusesTimesThatCannotBeConverted) {
+TEST(CameraMessage, RefusesTimesThatCannotBeConverted) {
   auto given = message();
   for (const std::uint16_t clock : {ODOM_CLOCK_MONOTONIC, ODOM_CLOCK_REALTIME, ODOM_CLOCK_LOG})
     for (const std::int64_t capture : {INT64_MIN, INT64_MIN + 1, INT64_MAX - 1, INT64_MAX}) {

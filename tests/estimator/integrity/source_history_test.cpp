@@ -84,7 +84,7 @@ TEST(SourceHistory, IsStuckIfItRepeatsMoreOftenThanItsNoiseAllows) {
   EXPECT_TRUE(with_noise(0.01, 1e-4, 59.5).is_stuck());
   EXPECT_TRUE(with_noise(0.01, 5e-3, 57.0).is_stuck());
   EXPECT_FALSE(with_noise(0.01, 1e-4, 60.1).is_stuck());
-  // The steps hide the noise: a long straight repeats the bits.
+  // The quantisation hides the noise: on a long straight the same value repeats.
   EXPECT_FALSE(with_noise(0.0005, 2e-3, 60.1).is_stuck());
   EXPECT_FALSE(with_noise(0.0, 2e-3, 60.1).is_stuck());
 }
