@@ -84,8 +84,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${ODOMD_PACKAGE_V
 
 set(CPACK_COMPONENT_BRIDGE_DESCRIPTION "ROS 2 topics from the odomd odometry daemon
 Publishes the car's pose as the ROS 2 topics /odom and /tf, and receives poses
-of a localisation or motion capture from a topic, using Cyclone DDS without ROS.
-Contains the program and a systemd service for it.")
+of a localisation or motion capture from a topic, using Cyclone DDS, without
+ROS. Contains the program and a systemd service for it.")
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_NAME odom-bridge)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_DEPENDS odomd)

@@ -38,7 +38,7 @@ PRIORITY = 45
 PERIOD_US = 5000
 FULL_TRAFFIC = 16
 NOT_REALTIME = 1  # ODOM_COND_NOT_REALTIME
-HEADER_BYTES, SLOT_BYTES, SLOTS, HEAD, POSE_WORDS = 1, 2, 16, 64, 28  # words of the segment: docs/shm.md
+HEADER_BYTES, SLOT_BYTES, SLOTS, HEAD, POSE_WORDS = 1, 2, 16, 64, 28  # words of the segment: shm_api/layout/segment.h
 
 
 def percentile(counts, fraction):

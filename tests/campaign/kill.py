@@ -23,7 +23,7 @@ import odom  # noqa: E402
 
 READERS = 3
 WAIT_S = 10.0
-RESUMES_WITHIN_NS = 2_000_000_000  # docs/shm.md: an older pose is not resumed from
+RESUMES_WITHIN_NS = 2_000_000_000  # docs/realtime.md, "Restart": an older pose is not resumed from
 
 
 def what_is_wrong(pose, before, info):

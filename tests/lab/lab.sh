@@ -5,7 +5,7 @@
 #                                                 those of SCRIPT
 #   lab.sh test [TEST...]                         run tests (default: all), and count them
 #
-# There are two kinds of machine: a plain one, which runs only the script, and one with systemd as
+# The machine has two flavours: plain, which runs only the script, and systemd, with systemd as
 # init. Tests below tests/ run in the plain one, those below systemd/ in the other, each in one boot.
 #
 # The machine is QEMU with Debian's PREEMPT_RT kernel and two CAN controllers, can0 and can1, on one

@@ -59,7 +59,7 @@ tools/replay: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
 tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
     tools/diagnostics tools/replay
 tools/live: base can_protocol can_protocol/sources estimator/common shm_api/include/odom
-    shm_api/libodom daemon/core tools/cli
+    shm_api/libodom daemon/core tools/math tools/cli
 tools/live/watch: base shm_api/include/odom shm_api daemon/core tools/cli tools/drive_files tools/live
 tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
     tools/live

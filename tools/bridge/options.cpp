@@ -87,7 +87,7 @@ void describe_bridge(Command command, BridgeOptions& options) {
       "  odom bridge --udp\n"
       "  odom bridge --ros --udp 192.168.1.20:9870\n"
       "  odom bridge --pose-topic /vrpn_mocap/car/pose --pose-frame world\n"
-      "It waits for the daemon and reconnects when it restarts. On a terminal, it shows once\n"
+      "It waits for the daemon, and again when the daemon restarts. On a terminal, it shows once\n"
       "per second what it sends. INT and TERM end it; it then prints a summary on standard\n"
       "error. docs/bridge.md describes the topics.");
 }

@@ -31,7 +31,8 @@ struct Axes {
 /// Fits a view into the width of the canvas, below `top`.
 [[nodiscard]] Axes map_axes(const View& view, double top);
 
-/// The points at least so far from the one before (user units), and the last.
+/// Keeps the points that are at least this far from the previous one (user units), and the last
+/// point.
 [[nodiscard]] std::vector<Point> spaced(std::span<const Point> points, const Axes& axes,
                                         double distance);
 

@@ -64,7 +64,9 @@ void check_picture(const std::filesystem::path& file);
 }  // namespace odomd::tools::chart
 
 // The SVG elements used by the pictures, as text.
-namespace odomd::tools::svg {  /// A coordinate with one decimal.
+namespace odomd::tools::svg {
+
+/// A coordinate with one decimal.
 [[nodiscard]] std::string px(double value);
 
 /// Text escaped for use between tags and in attributes.

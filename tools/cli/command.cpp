@@ -231,24 +231,24 @@ void add_segment_option(Command command, std::string& name, SegmentElse otherwis
   command.add(
       "--shm", "NAME", name,
       fmt::format(
-          "Shared memory segment: a name (/odomd) or a path; default: {}$ODOM_SHM; otherwise "
-          "/odomd, if it exists; otherwise /run/odomd/INTERFACE/pose of the service",
+          "Shared memory segment: a name (/odomd) or a path; default: {}$ODOM_SHM; otherwise the "
+          "first of /odomd and /run/odomd/INTERFACE/pose of the service whose daemon is running",
           otherwise == SegmentElse::of_socket
               ? "with --socket, the segment of that daemon; otherwise "
               : ""),
       rules);
 }
 
-void add_socket_option(Command command, std::string& path, const std::string& door,
+void add_socket_option(Command command, std::string& path, const std::string& purpose,
                        const Rules& rules) {
-  std::string capital = door;
-  capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
+  std::string capital = purpose;
+  capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(purpose.front())));
   command.add(
       "--socket", "PATH", path,
       fmt::format(
           "{} socket of the daemon; default: $XDG_RUNTIME_DIR/odomd/{}.sock, if it exists; "
           "otherwise /run/odomd/INTERFACE/{}.sock of the service; otherwise /run/odomd/{}.sock",
-          capital, door, door, door),
+          capital, purpose, purpose, purpose),
       rules);
 }
 

@@ -151,8 +151,8 @@ void add_segment_option(Command command, std::string& name,
                         SegmentElse otherwise = SegmentElse::default_names,
                         const Rules& rules = {});
 
-/// --socket. `door` is the purpose of the socket: "status", "record", "camera".
-void add_socket_option(Command command, std::string& path, const std::string& door,
+/// --socket. `purpose` of the socket: "status", "record", "camera".
+void add_socket_option(Command command, std::string& path, const std::string& purpose,
                        const Rules& rules = {});
 
 /// --wait [s].

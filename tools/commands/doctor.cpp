@@ -203,7 +203,7 @@ void add_doctor(Command odom) {
   command.add("--drive,DIR", "DIR", options->drive,
               "Examine only this drive, a folder of odom record or odom sim");
   command.add("--can", "IFACE", options->interfaces,
-              "Examine only the frames received on this CAN interface; repeatable",
+              "Examine only this CAN interface and the frames received on it; repeatable",
               {repeatable(), needs("--config"), excludes("--drive")});
   constexpr int longest_s = 600;
   command.add("--for", "S", options->listen_s,

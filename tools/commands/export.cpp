@@ -67,8 +67,8 @@ void add_export(Command odom) {
   command.add("--mcap", "FILE", options->mcap, "MCAP file to write, for Foxglove");
   command.add("--csv", "FILE", options->csv, "CSV file to write, with the poses, for PlotJuggler");
   command.add("--tum", "DIR", options->tum,
-              "Folder to write trajectories into, for evo: those of pose.tum, odometry.tum, "
-              "camera.tum and truth.tum that the drive has");
+              "Folder to write trajectories into, for evo: pose.tum, odometry.tum, camera.tum and "
+              "truth.tum, as far as the drive has them");
   command.add("--pose", "CSV", options->source.pose, "Pose file; instead of the folder's pose.csv");
   command.add("--config", "FILE", options->source.config,
               "Configuration of the car (TOML); instead of the folder's car.toml");

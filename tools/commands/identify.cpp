@@ -12,8 +12,8 @@ void add_identify(Command odom) {
   identify.footer(
       "Order: mass, cog, inertia, noise, track and stiffness, latency, fit. Measure at least\n"
       "mass and cog by hand; fit then finds the rest from one drive with camera poses or a\n"
-      "reference. The other methods each measure one value, and are needed only if there is no\n"
-      "such drive.\n\n"
+      "reference. The other methods measure single properties, and are needed only if there\n"
+      "is no such drive.\n\n"
       "The help of each method explains its experiment: what to do, what to measure and how\n"
       "precisely. With --write, the numbers replace those in the configuration, each with a\n"
       "note on its origin; other comments are kept.\n\n"

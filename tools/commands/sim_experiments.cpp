@@ -17,7 +17,7 @@ Command add_experiment(Command sim, const std::string& name, const std::string& 
   Command command = sim.add_subcommand(name, sentence);
   command.add("--out", "DIR", arguments->options.folder, "Folder for the results", {required()});
   command.add_flag("--force", arguments->options.existing, sim::Existing::replace,
-                   "Overwrite a folder that is not empty");
+                   "Overwrite the results in a folder that is not empty");
   command.add("--seed", "N", arguments->options.seed,
               "Seed of the car, the errors and the noise; default: 1");
   command.add_flag("--json", arguments->json, "Print the measurements as JSON");

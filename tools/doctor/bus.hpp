@@ -58,8 +58,8 @@ struct Identifier {
 /// All received identifiers, ordered by bus and identifier, for a table with the unmapped ones.
 [[nodiscard]] std::vector<Identifier> identifiers_of(const Drive& drive);
 
-/// Reports a listen-only interface that receives nothing, or only one frame repeatedly: a sender
-/// repeats a frame that no node acknowledges without a pause, and stays on the bus.
+/// Reports a listen-only interface that receives nothing, or only one frame repeatedly: if
+/// no node acknowledges a frame, its sender repeats it without a pause, and stays on the bus.
 [[nodiscard]] diagnostics::Diagnostics examine_acknowledgement(const std::string& interface,
                                                                const Link& link,
                                                                const Drive& heard);

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,6 +18,7 @@
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/math/median.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools::doctor {
 namespace {
@@ -70,7 +70,6 @@ std::optional<Diagnostic> check_scatter(const Drive& drive, const SignalLog& log
     for (const PoseSample& pose : poses) values.push_back(pose.*member);
     return values;
   };
-  constexpr double degrees = 180.0 / std::numbers::pi;
   const double scatter =
       std::max(white_sigma(all(&PoseSample::x)), white_sigma(all(&PoseSample::y)));
   const double scatter_yaw = white_sigma(all(&PoseSample::yaw));

@@ -43,9 +43,11 @@ T number_of(const fs::path& file, T otherwise) {
 }
 
 std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::vector<fs::path> entries;
   std::error_code missing;
-  const fs::directory_iterator files(folder, missing);
-  std::vector<fs::path> entries(begin(files), end(files));
+  for (fs::directory_iterator entry(folder, missing), end; !missing && entry != end;
+       entry.increment(missing))
+    entries.push_back(entry->path());
   std::ranges::sort(entries);
   return entries;
 }

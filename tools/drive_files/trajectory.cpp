@@ -123,6 +123,11 @@ TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b, std:
 }
 
 std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns) {
+  return at(trajectory, t_ns, trajectory.bridge_ns);
+}
+
+std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns,
+                                  std::int64_t bridge_ns) {
   const auto& points = trajectory.points;
   const auto after =
       std::lower_bound(points.begin(), points.end(), t_ns,
@@ -130,7 +135,7 @@ std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_n
   if (after == points.end()) return std::nullopt;
   if (after->t_ns == t_ns) return *after;
   if (after == points.begin()) return std::nullopt;
-  if (after->t_ns - (after - 1)->t_ns > trajectory.bridge_ns) return std::nullopt;
+  if (after->t_ns - (after - 1)->t_ns > bridge_ns) return std::nullopt;
   return between(*(after - 1), *after, t_ns);
 }
 

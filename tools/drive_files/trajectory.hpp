@@ -78,6 +78,10 @@ enum class Frame : std::uint8_t {
 /// it turns the shorter way). Empty if the time is outside the span or in a gap over bridge_ns.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
 
+/// The same with another limit for gaps.
+[[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns,
+                                                std::int64_t bridge_ns);
+
 /// The point at a time between `a` and `b`, interpolated linearly.
 [[nodiscard]] TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b,
                                       std::int64_t t_ns);

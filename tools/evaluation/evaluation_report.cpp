@@ -142,7 +142,7 @@ constexpr std::array<Metric, 22> all_metrics{{
     {"path length [m]", 3, "distance driven along the reference, or along the estimate without one",
      [](E e, E) { return Value(e.path_length); }},
     {"end error [m]", 4,
-     "distance of the last pose from the reference, or from the start of a closed loop",
+     "distance of the last pose from the reference's, or from the start of a closed loop",
      [](E e, E) { return if_known(e.against != Against::nothing, e.end_error); }},
     {"end error [cm/m]", 3, "end error per metre of the path: per cent of the distance driven",
      [](E e, E) { return e.end_cm_per_m; }},
@@ -261,8 +261,8 @@ std::string basis_in_words(Against against) {
       break;
   }
   return "nothing: there is no truth.csv, camera.csv does not have a second of usable poses, and "
-         "the "
-         "drive is no closed loop. Errors of position and heading are not known; innovations show "
+         "the drive is no closed loop. Errors of position and heading are not known; innovations "
+         "show "
          "only whether the filter agrees with its sensors";
 }
 

@@ -3,21 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/diagnostics/output.hpp"
+#include "tools/math/se2.hpp"
 #include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 using Value = Metric::Value;
 

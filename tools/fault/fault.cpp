@@ -58,7 +58,7 @@ std::string size_text(Magnitude size) {
                           : fmt::format("{} {}", size.value, size.unit);
 }
 
-// "0.2 rad/s, 3 m/s2": the sizes for all parts, each once.
+// "0.2 rad/s, 3 m/s2": the default size for every part, without repeats.
 std::string sizes_of(Act act) {
   std::vector<std::string> sizes;
   for (const Kind kind : all_kinds()) {

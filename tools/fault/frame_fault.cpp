@@ -224,10 +224,10 @@ void FrameFault::renumber(std::size_t message, can::Frame& frame) {
   can::E2eState& last = counters_[message][frame.bus];
   can::E2eState own;
   if (!signals_.is_protected_right(message, frame, own)) return;
-  if (!renumbers_)
-    last = own;
-  else
+  if (renumbers_)
     signals_.protect(message, frame, last);
+  else
+    last = own;
 }
 
 void FrameFault::release(std::int64_t now_ns, std::vector<can::Frame>& out) {

@@ -96,7 +96,7 @@ class Injector : public Chain<FrameFault, can::Frame> {
   Injector(const daemon::Config& config, std::span<const can::Database> databases,
            std::span<const std::string> bus_names, std::span<const Fault> faults);
 
-  /// Sets the time from which the faults' times count; by default the first frame's stamp.
+  /// Sets the origin of the faults' times; by default it is the stamp of the first frame.
   void start(std::int64_t start_ns);
 
   void take(const can::Frame& frame, std::vector<can::Frame>& out);

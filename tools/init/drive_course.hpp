@@ -14,7 +14,8 @@
 namespace odomd::tools {
 
 /// Several signals on one grid over the time that all of them cover, as means over half a second,
-/// so that latencies below that hardly matter. Empty if all cover less than half a second.
+/// so that latencies below that hardly matter. Empty if all cover less than half a second
+/// in common.
 [[nodiscard]] std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals);
 
 /// All signals at the same times, without those at which the car is at rest or creeps.

@@ -56,8 +56,8 @@ struct Proposal {
 /// there is no traffic. Throws std::invalid_argument if there is no speed.
 [[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
 
-/// Numbers of the car that a person must give, in SI units, if they were given. The message about
-/// missing ones says how to measure each (car.cpp).
+/// Numbers of the car that only a person can give, in SI units; none if not given. The message
+/// about missing ones says how to measure each (car.cpp).
 struct Car {
   std::optional<double> mass, wheelbase, front_axle, track, wheel_radius, steering_ratio, full_lock,
       gear_ratio, pole_pairs;

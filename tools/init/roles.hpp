@@ -1,6 +1,6 @@
 // Finds signals of a database that may have a role, from the words of their names, their unit and
 // their length, together with the signals next to them that contain their validity or sign. Logs
-// are not used (behaviour.cpp uses them).
+// are used by settle() only.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ struct Candidate {
   std::optional<can::UnlessRaw> unless_raw;  ///< named by the database, or all ones in the log
   can::Unit unit = can::Unit::none;          ///< the database's, or the role's usual one
   double score = 0.0;                        ///< comparable within a role only
-  std::vector<std::string> warnings;         ///< why name, unit or length are uncertain
+  std::vector<std::string> warnings;         ///< why it is uncertain: name, unit, multiplexed
   std::optional<double> forward, reverse;    ///< physical values; of the role direction only
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }

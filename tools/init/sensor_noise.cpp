@@ -31,8 +31,8 @@ Range range_of(Source role) {
 /// as those of a turning car.
 std::optional<double> bias_at_rest(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
-  constexpr double max_spread = 0.02;  // rad/s: the readings of a creeping car scatter more
-  constexpr double min_speed = 0.01;   // m/s
+  constexpr double max_spread = 0.02;         // rad/s: the readings of a creeping car scatter more
+  constexpr double max_speed_at_rest = 0.01;  // m/s
   constexpr std::int64_t margin = 750'000'000;  // ns, before and after a reading
   std::int64_t from = 0, to = 0;                // the time in which all wheels have samples
   std::vector<std::int64_t> turning;            // times at which a wheel turns
@@ -42,7 +42,7 @@ std::optional<double> bias_at_rest(const Series& signal, const Proposal& proposa
     from = std::max(from, wheel.t_ns.front());
     to = to == 0 ? wheel.t_ns.back() : std::min(to, wheel.t_ns.back());
     for (std::size_t i = 0; i < wheel.size(); ++i)
-      if (std::fabs(wheel.value[i]) >= min_speed) turning.push_back(wheel.t_ns[i]);
+      if (std::fabs(wheel.value[i]) >= max_speed_at_rest) turning.push_back(wheel.t_ns[i]);
   }
   std::ranges::sort(turning);
   std::vector<double> values;

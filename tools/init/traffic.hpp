@@ -27,7 +27,8 @@ struct Traffic {
 /// All frames of logs, merged by stamp. Throws like can::MergedLog: file, line, fix.
 [[nodiscard]] Traffic read_logs(std::span<const std::string> logs, can::Damage damage);
 
-/// Listens to an interface, until INT at most. Throws std::invalid_argument if no frame arrived.
+/// Listens to an interface for this time [s], or until INT. Throws std::invalid_argument if no
+/// frame arrived.
 [[nodiscard]] Traffic listen(const std::string& interface, double seconds);
 
 /// How often a message is sent, and on which buses.

@@ -14,7 +14,7 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;  // CLOCK_MONOTONIC here
 
-constexpr const char* door = "camera.sock";
+constexpr const char* socket_name = "camera.sock";
 constexpr std::int64_t admission_timeout_ns = 2'000'000'000;
 
 steady_clock::time_point at_monotonic(std::int64_t ns) {
@@ -48,10 +48,10 @@ CameraFeed::CameraFeed(const std::string& named, double wait_s, Admission admiss
   const Waiting waiting{wait_s};
   while (true) {
     try {
-      socket_ = socket_path(named, door);
+      socket_ = socket_path(named, socket_name);
       const int error = sender_.open(socket_.c_str());
       if (error == 0) return;
-      fail_to_connect(socket_, -error, door);
+      fail_to_connect(socket_, -error, socket_name);
     } catch (const NobodyThere&) {
       if (!waiting.goes_on()) throw;
     }
@@ -73,13 +73,13 @@ bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
     error = sender_.flush(admission_timeout_ns);
   admitted_ = error == 0;
   if (admitted_) return true;
-  if (error == -EBUSY || error == -EACCES) refusal_ = why_unconnected(socket_, -error, door);
+  if (error == -EBUSY || error == -EACCES) refusal_ = why_unconnected(socket_, -error, socket_name);
   if (error == -ENOENT || error == -ECONNREFUSED || error == -EPIPE || error == -ECONNRESET ||
       !refusal_.empty())
     return false;
   if (error == -EAGAIN)
     throw std::runtime_error(socket_ + ": the daemon does not take poses; is it stopped?");
-  fail_to_connect(socket_, -error, door);
+  fail_to_connect(socket_, -error, socket_name);
 }
 
 PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,

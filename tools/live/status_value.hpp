@@ -4,17 +4,16 @@
 #include <cstdint>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tools/math/se2.hpp"
+
 namespace odomd::tools {
 
 using Json = nlohmann::json;
-
-inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 /// "error-passive" for "error_passive".
 [[nodiscard]] std::string hyphenated(std::string name);

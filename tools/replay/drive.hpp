@@ -66,7 +66,8 @@ struct Drive {
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
 
 /// Opens logs for the frames of mapped messages; other frames go to `unmapped`, if given. `buses`
-/// numbers the configuration's buses first, then the logs' others. Throws as can::MergedLog does.
+/// numbers the configured buses first, then any other buses in the logs. Throws as can::MergedLog
+/// does.
 [[nodiscard]] can::MergedLog open_mapped_log(
     const daemon::Config& config, std::span<const can::Database> databases,
     std::span<const std::string> logs, can::BusNames& buses, can::Damage damage,

@@ -208,6 +208,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
   }
   summary.finish(*pipeline, drive.cameras());
   append(result.warnings, check_sources(pipeline->decoder(), summary));
+  append(result.warnings, check_mode(summary));
   append(result.warnings, diagnostics::kind("file_content"), drive.warnings());
   return result;
 }

@@ -46,7 +46,10 @@ std::optional<Diagnostic> cut_frames(const can::BoundMessage& message,
                fmt::format("{} of its frames ended before its signals and gave no value", cut));
 }
 
-Diagnostic fault(const ReplaySummary& summary) {
+}  // namespace
+
+std::optional<Diagnostic> check_mode(const ReplaySummary& summary) {
+  if (!summary.fault_ns) return std::nullopt;
   std::string t;
   append_seconds(t, *summary.fault_ns);
   std::string why;
@@ -60,8 +63,6 @@ Diagnostic fault(const ReplaySummary& summary) {
                   t, into, summary.faulty, summary.ticks,
                   why.empty() ? "no condition says why" : why));
 }
-
-}  // namespace
 
 std::optional<Diagnostic> check_message(const can::BoundMessage& message,
                                         const can::MessageCounters& counters) {
@@ -116,7 +117,7 @@ diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplayS
       return one.kind == &kind("source_unused") && one.subject == "camera";
     });
   append(warnings, of_sources);
-  if (summary.fault_ns) warnings.push_back(fault(summary));
+  append(warnings, check_mode(summary));
   if (summary.poses == 0)
     warnings.push_back(
         found(kind("no_pose"), {}, "no pose: the car's motion or its start is unknown"));

@@ -18,8 +18,8 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_message(
     const can::BoundMessage& message, const can::MessageCounters& counters);
 
-/// Reports a source of whose judged samples too many were gated; `label` names it. Nothing for a
-/// source with fewer than ten.
+/// Reports a source if too many of its `judged` samples (gated or fused) were gated; `label` names
+/// it. Nothing if fewer than ten were judged.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_gating(estimator::Source source,
                                                                   const std::string& label,
                                                                   std::uint64_t gated,
@@ -33,6 +33,9 @@ namespace odomd::tools {
 /// of the time; that over a tenth of its samples was gated.
 [[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
+
+/// Reports a mode that became fault: when, for how long, and the conditions that say why.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> check_mode(const ReplaySummary& summary);
 
 /// Reports mapped messages without frames, without decoded frames or with frames cut off; frames
 /// out of order; a camera outside the log; what check_sources() finds; a model that stopped; and,

@@ -67,9 +67,10 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
   return fmt::format(" (for {:.1f} of {:.1f} s)", share(summary, count) * drive_s, drive_s);
 }
 
-// Adds a diagnostic, with the duration of `count` ticks, in which it applied.
+// Adds a diagnostic with the duration of the `count` ticks in which it applied, if there is one.
 void add(diagnostics::Diagnostics& warnings, std::optional<diagnostics::Diagnostic> warning,
          const ReplaySummary& summary, std::uint64_t count) {
+  if (!warning) return;
   warning->seen += seconds(summary, count);
   append(warnings, std::move(warning));
 }

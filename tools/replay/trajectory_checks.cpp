@@ -56,8 +56,6 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
          !kind("other_drive").limits.hold(std::sqrt(difference / turned));
 }
 
-constexpr double degrees = 180.0 / std::numbers::pi;
-
 // Ratios per piece; their medians are robust against outliers and jumps of the filter.
 struct Sizes {
   std::vector<double> distances;  ///< distance between the poses / distance driven
@@ -101,9 +99,9 @@ std::optional<Diagnostic> check_coverage(const Trajectory& reference, const Traj
   constexpr double piece = 0.25;  // m
   constexpr std::int64_t piece_ns = 200'000'000;
   constexpr double min_distance = 4.0 * piece;  // shorter references are not checked
-  Trajectory bridged = estimate;
-  bridged.bridge_ns = max_step_of(estimate);
-  const auto covers = [&](std::int64_t t_ns) { return at(bridged, t_ns).has_value(); };
+  const auto covers = [&, bridge_ns = max_step_of(estimate)](std::int64_t t_ns) {
+    return at(estimate, t_ns, bridge_ns).has_value();
+  };
   double whole_m = 0.0, covered_m = 0.0;
   std::int64_t covered_ns = 0;
   TrajectoryPoint from = reference.points.front();

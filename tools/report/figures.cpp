@@ -46,7 +46,7 @@ Figure horizon(const EvaluatedDrive& drive) {
 
 using Errors = std::vector<std::vector<PoseError>>;  // one vector per estimate
 
-// A value of each error over time; errors without the value are left out.
+// Plots one value of each error over time; errors that lack it are left out.
 template <typename Value>
 Series series_of(const EvaluatedDrive& drive, std::size_t estimate,
                  const std::vector<PoseError>& errors, Value value) {

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,10 +14,9 @@
 #include "tools/chart/picture.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
-
-inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 struct Figure {
   chart::Drawing drawing;

@@ -53,8 +53,8 @@ void describe_serve(tools::Command command, Options& options) {
       "  (umask 077; openssl rand -hex 16 > token)\n"
       "  odom serve --listen 0.0.0.0 --token-file token\n"
       "  curl http://127.0.0.1:9880/metrics\n"
-      "On the phone, open http://CAR:9880/?token=TOKEN once; a cookie then keeps the token. It\n"
-      "waits for the daemon and reconnects when it restarts. INT and TERM end it. See "
+      "On the phone, open http://CAR:9880/?token=TOKEN once; a cookie then keeps the token.\n"
+      "odom serve waits for the daemon, and again when it restarts. INT and TERM end it. See "
       "docs/web.md.");
 }
 

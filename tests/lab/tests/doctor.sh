@@ -11,7 +11,7 @@ finds() {
   return 1
 }
 
-simulate --scenario slalom --standstill 1 --duration 13
+simulate --scenario slalom --standstill 3 --duration 15
 
 check "finds a missing interface" "see above" finds W701 --can vcan0 --for 1
 ip link add vcan0 type vcan

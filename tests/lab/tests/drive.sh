@@ -6,7 +6,7 @@
 # paper's.
 model=paper
 
-# in_status NAME FILTER: the status before the daemon's end fulfils the filter, in which $n is $frames.
+# in_status NAME FILTER: the status before the daemon's end satisfies the filter, in which $n is $frames.
 in_status() { check "$1" "$(cat status.json)" jq -e --argjson n "$frames" "$2" status.json; }
 
 # play_drive NAME LOG BUS...: plays the log on the buses that it names.

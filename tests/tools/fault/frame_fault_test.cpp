@@ -137,7 +137,8 @@ TEST(FrameFault, LostFramesAreMissing) {
   EXPECT_TRUE(std::ranges::none_of(left, [](const Value& one) { return is_in_the_middle(one.t); }));
 }
 
-// A tenth of a second later, in their order; the frames after the fault wait for the last of these.
+// They come a tenth of a second later, in their original order; the frames after the fault wait for
+// the last of them.
 TEST(FrameFault, DelayedFramesComeLaterInTheirOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::steering);
   const auto frames = with({in_the_middle("steering.delayed")});

@@ -30,7 +30,7 @@ constexpr std::array<std::pair<std::string_view, Key>, 9> codes{{{"q", Key::quit
                                                                  {"\x1b[5~", Key::page_up},
                                                                  {"\x1b[6~", Key::page_down}}};
 
-// Alternate screen, no cursor, no wrapping at the right edge; and the way back.
+// Alternate screen, no cursor, no wrapping at the right edge; and the sequence that undoes this.
 constexpr std::string_view enter_sequence = "\x1b[?1049h\x1b[?25l\x1b[?7l\x1b[2J";
 constexpr std::string_view leave_sequence = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
 

@@ -37,8 +37,8 @@ class PastOutputs {
 
   [[nodiscard]] bool empty() const { return past_.empty(); }
 
-  /// Interpolates, at times up to the newest. Before the first output, returns that output with its
-  /// wheels turned back at their rates.
+  /// Interpolates at any time up to the newest output. Before the first output, returns that output
+  /// with its wheels turned back at their rates.
   [[nodiscard]] PlantOutput at(std::int64_t time_ns) const;
 
  private:

@@ -233,7 +233,7 @@ mass --total 2.985 --scale-resolution 1 -> warning: 2 sigma of the mass is 38.7 
 )");
   expect_answers(scratch, 2, "odom identify", R"(
 mass --total 2.985 --scale-resolution 1g --scale-accuracy 5 -> mass: --scale-accuracy: 5 is more
-  than a tenth
+  than 10 %; a number without % is a fraction
 cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 --wheelbase-sigma 1 -> cog:
   --wheelbase-sigma: 1 is more than a tenth of 0.26 m
 mass --front 1 --scale-resolution 1g -> do not add up to the whole car
