@@ -39,52 +39,52 @@ double seconds(std::int64_t ns) {
 }  // namespace
 
 bool Repeats::take(const Message& message, std::int64_t now_ns) {
-  const auto [at, is_new] = series_.try_emplace(kind_of(message.text));
-  Series& series = at->second;
+  const auto [at, is_new] = repetitions_.try_emplace(kind_of(message.text));
+  Repetition& repetition = at->second;
   if (is_new) {
-    series.logged_ns = series.newest_ns = now_ns;
+    repetition.logged_ns = repetition.newest_ns = now_ns;
     return true;
   }
-  series.newest_ns = now_ns;
-  if (series.counted == 0 && now_ns - series.logged_ns >= series.interval_ns) {
-    series.logged_ns = now_ns;
-    series.interval_ns = std::min(4 * series.interval_ns, longest_interval_ns);
+  repetition.newest_ns = now_ns;
+  if (repetition.counted == 0 && now_ns - repetition.logged_ns >= repetition.interval_ns) {
+    repetition.logged_ns = now_ns;
+    repetition.interval_ns = std::min(4 * repetition.interval_ns, longest_interval_ns);
     return true;
   }
-  series.newest = message;
-  ++series.counted;
+  repetition.newest = message;
+  ++repetition.counted;
   return false;
 }
 
 std::vector<Message> Repeats::due(std::int64_t now_ns) {
   std::vector<Message> messages;
-  for (auto& [kind, series] : series_)
-    if (series.counted > 0 && now_ns - series.logged_ns >= series.interval_ns)
-      messages.push_back(sum_of(series, now_ns));
-  std::erase_if(series_, [now_ns](const auto& entry) {
-    const Series& series = entry.second;
-    return series.counted == 0 && now_ns - series.newest_ns >= longest_interval_ns;
+  for (auto& [kind, repetition] : repetitions_)
+    if (repetition.counted > 0 && now_ns - repetition.logged_ns >= repetition.interval_ns)
+      messages.push_back(sum_of(repetition, now_ns));
+  std::erase_if(repetitions_, [now_ns](const auto& entry) {
+    const Repetition& repetition = entry.second;
+    return repetition.counted == 0 && now_ns - repetition.newest_ns >= longest_interval_ns;
   });
   return messages;
 }
 
 std::vector<Message> Repeats::rest(std::int64_t now_ns) {
   std::vector<Message> messages;
-  for (auto& [kind, series] : series_)
-    if (series.counted > 0) messages.push_back(sum_of(series, now_ns));
+  for (auto& [kind, repetition] : repetitions_)
+    if (repetition.counted > 0) messages.push_back(sum_of(repetition, now_ns));
   return messages;
 }
 
-Message Repeats::sum_of(Series& series, std::int64_t now_ns) {
-  std::string sum =
-      fmt::format("{} ({} {} in {:.3g} s", series.newest.text, series.counted,
-                  series.counted == 1 ? "time" : "times", seconds(now_ns - series.logged_ns));
-  const double ago_s = seconds(now_ns - series.newest_ns);
+Message Repeats::sum_of(Repetition& repetition, std::int64_t now_ns) {
+  std::string sum = fmt::format("{} ({} {} in {:.3g} s", repetition.newest.text, repetition.counted,
+                                repetition.counted == 1 ? "time" : "times",
+                                seconds(now_ns - repetition.logged_ns));
+  const double ago_s = seconds(now_ns - repetition.newest_ns);
   if (ago_s >= 1.0) sum += fmt::format(", the last {:.3g} s ago", ago_s);
-  const spdlog::level::level_enum level = series.newest.level;
-  series.logged_ns = now_ns;
-  series.interval_ns = std::min(4 * series.interval_ns, longest_interval_ns);
-  series.counted = 0;
+  const spdlog::level::level_enum level = repetition.newest.level;
+  repetition.logged_ns = now_ns;
+  repetition.interval_ns = std::min(4 * repetition.interval_ns, longest_interval_ns);
+  repetition.counted = 0;
   return {level, std::move(sum) + ")"};
 }
 

@@ -36,7 +36,7 @@ class Repeats {
   [[nodiscard]] std::vector<Message> rest(std::int64_t now_ns);
 
  private:
-  struct Series {
+  struct Repetition {
     std::int64_t logged_ns = 0;
     std::int64_t interval_ns = first_interval_ns;
     std::uint64_t counted = 0;  ///< messages since the last logged one
@@ -44,9 +44,9 @@ class Repeats {
     std::int64_t newest_ns = 0;
   };
 
-  static Message sum_of(Series& series, std::int64_t now_ns);
+  static Message sum_of(Repetition& repetition, std::int64_t now_ns);
 
-  std::map<std::string, Series> series_;
+  std::map<std::string, Repetition> repetitions_;
 };
 
 }  // namespace odomd::daemon

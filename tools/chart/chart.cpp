@@ -115,7 +115,7 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
   return svg::line(data, colour, size);
 }
 
-std::string draw_on_map(const Series& series, const Axes& axes) {
+std::string draw_on_map(const PlotSeries& series, const Axes& axes) {
   constexpr double step = 5.0, dot_spacing = 11.0;  // dots remain separate
   if (series.mark == Mark::line)
     return svg::line(path_of(spaced(series.points, axes, step), axes.x, axes.y), series.colour,
@@ -123,7 +123,7 @@ std::string draw_on_map(const Series& series, const Axes& axes) {
   return dots_of(spaced(series.points, axes, dot_spacing), axes.x, axes.y, series.colour, 7.0);
 }
 
-std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
+std::string draw_series(const PlotSeries& series, const Scale& x, const Scale& y) {
   // Dots are wider than lines: fewer columns suffice.
   constexpr std::size_t columns_of_dots = 160;
   constexpr std::size_t dots_each = 12;
@@ -246,7 +246,7 @@ Drawing draw(const Chart& chart) {
   for (const Band& band : chart.bands) inside += draw_band(band, x, y);
   if (!chart.bars.empty()) inside += draw_bars(chart.bars, x, y);
   for (const Ellipse& ellipse : chart.ellipses) inside += draw_ellipse(ellipse, axes);
-  for (const Series& series : chart.series)
+  for (const PlotSeries& series : chart.series)
     inside += chart.is_map ? draw_on_map(series, axes) : draw_series(series, x, y);
   if (chart.is_map) inside += draw_ends(chart.series, axes);
 

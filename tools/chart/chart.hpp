@@ -26,7 +26,7 @@ enum class Mark : std::uint8_t {
   line_and_dots
 };
 
-struct Series {
+struct PlotSeries {
   std::string label;  ///< in the legend; empty: no entry
   std::string note;   ///< after the label, lighter
   std::string colour;
@@ -68,7 +68,7 @@ struct Chart {
   std::vector<Band> bands;
   std::vector<Bar> bars;
   std::vector<Level> levels;
-  std::vector<Series> series;  ///< later ones are drawn over earlier ones
+  std::vector<PlotSeries> series;  ///< later ones are drawn over earlier ones
   std::vector<Ellipse> ellipses;
   double height = 440.0;  ///< of the plot, without its labels
   bool is_map = false;    ///< equal scales; x of a series may decrease; ranges and height follow

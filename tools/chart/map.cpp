@@ -12,7 +12,7 @@
 namespace odomd::tools::chart {
 namespace {
 
-bool is_line(const Series& series) {
+bool is_line(const PlotSeries& series) {
   return series.mark == Mark::line && !series.points.empty();
 }
 
@@ -31,7 +31,7 @@ View view_of(const Chart& map) {
   }
   const double size = std::max({view.x.width(), view.y.width(), smallest});
   const View reach{view.x.grown(0.5 * size), view.y.grown(0.5 * size)};
-  for (const Series& series : map.series) {
+  for (const PlotSeries& series : map.series) {
     if (!is_line(series)) continue;
     for (const Point& p : series.points) {
       view.x.take(std::clamp(p.x, reach.x.low, reach.x.high));
@@ -95,13 +95,13 @@ std::string draw_ellipse(const Ellipse& ellipse, const Axes& axes) {
       svg::px(axes.y(ellipse.centre.y)), svg::px(turn), ellipse.colour);
 }
 
-std::string draw_ends(const std::vector<Series>& lines, const Axes& axes) {
+std::string draw_ends(const std::vector<PlotSeries>& lines, const Axes& axes) {
   std::string ends;
   const auto mark = [&](const Point& at, double radius, const std::string& fill,
                         const std::string& stroke) {
     ends += svg::disc(axes.x(at.x), axes.y(at.y), radius, fill, stroke, 3.0);
   };
-  for (const Series& series : lines)
+  for (const PlotSeries& series : lines)
     if (is_line(series))
       mark(series.points.back(), 7.0 + 0.7 * series.stroke, series.colour, "#FFFFFF");
   const auto main = std::ranges::find_if(lines, is_line);

@@ -40,6 +40,6 @@ struct Axes {
 [[nodiscard]] std::string draw_ellipse(const Ellipse& ellipse, const Axes& axes);
 
 /// The end of every line, and the start of the first.
-[[nodiscard]] std::string draw_ends(const std::vector<Series>& lines, const Axes& axes);
+[[nodiscard]] std::string draw_ends(const std::vector<PlotSeries>& lines, const Axes& axes);
 
 }  // namespace odomd::tools::chart

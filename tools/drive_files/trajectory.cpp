@@ -113,7 +113,7 @@ TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b, std:
   point.t_ns = t_ns;
   point.pose = {mix(a.pose.x, b.pose.x, share), mix(a.pose.y, b.pose.y, share),
                 mix(a.pose.yaw, b.pose.yaw, share)};
-  point.motion = {mix(a.motion.vx, b.motion.vx, share), mix(a.motion.vy, b.motion.vy, share),
+  point.motion = {mix(a.motion.v_x, b.motion.v_x, share), mix(a.motion.v_y, b.motion.v_y, share),
                   mix(a.motion.yaw_rate, b.motion.yaw_rate, share)};
   for (std::size_t i = 0; i < point.covariance.size(); ++i) {
     point.covariance[i] = mix(a.covariance[i], b.covariance[i], share);

@@ -17,17 +17,10 @@
 
 namespace odomd::tools {
 
-/// Velocities in the body frame.
-struct Motion {
-  double vx = 0.0;        ///< [m/s]
-  double vy = 0.0;        ///< [m/s]
-  double yaw_rate = 0.0;  ///< [rad/s]
-};
-
 struct TrajectoryPoint {
   std::int64_t t_ns = 0;
-  estimator::Pose2 pose;  ///< yaw unwrapped: no step between rows exceeds half a turn
-  Motion motion;          ///< if Trajectory::has_motion
+  estimator::Pose2 pose;           ///< yaw unwrapped: no step between rows exceeds half a turn
+  estimator::BodyVelocity motion;  ///< if Trajectory::has_motion
   estimator::PoseCovariance covariance{};  ///< if Trajectory::has_covariance
   double reset_count = 0.0;  ///< number of jumps of the pose; 0 if the file does not contain it
 };
@@ -38,8 +31,8 @@ inline constexpr auto point_columns = [](auto&& cell, auto& point) {
   cell("x", point.pose.x);
   cell("y", point.pose.y);
   cell("yaw", point.pose.yaw);
-  cell("vx", point.motion.vx);
-  cell("vy", point.motion.vy);
+  cell("vx", point.motion.v_x);
+  cell("vy", point.motion.v_y);
   cell("yaw_rate", point.motion.yaw_rate);
 };
 

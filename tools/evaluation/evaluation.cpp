@@ -68,11 +68,11 @@ std::int64_t stuck_ns(std::span<const Pair> pairs) {
   return all_ns;
 }
 
-Motion velocity_rms(std::span<const Pair> pairs) {
+estimator::BodyVelocity velocity_rms(std::span<const Pair> pairs) {
   Gathered vx, vy, yaw_rate;
   for (const auto& [estimate, reference] : pairs) {
-    vx.add(std::abs(estimate.motion.vx - reference.motion.vx));
-    vy.add(std::abs(estimate.motion.vy - reference.motion.vy));
+    vx.add(std::abs(estimate.motion.v_x - reference.motion.v_x));
+    vy.add(std::abs(estimate.motion.v_y - reference.motion.v_y));
     yaw_rate.add(std::abs(estimate.motion.yaw_rate - reference.motion.yaw_rate));
   }
   return {vx.spread().rms, vy.spread().rms, yaw_rate.spread().rms};

@@ -60,7 +60,8 @@ struct Evaluation {
   double reference_noise = 0.0;            ///< rms of a camera's positions [m]
   std::vector<HorizonError> horizons;      ///< those within the time span
   std::optional<Consistency> consistency;  ///< if the estimate has sigmas; with a camera's noise
-  std::optional<Motion> velocity_rms;      ///< if both have velocities: rms of each difference
+  std::optional<estimator::BodyVelocity>
+      velocity_rms;  ///< if both have velocities: rms of each difference
 
   /// For a replay whose model tests its samples, with or without a reference: factor by which mean
   /// NIS / dimension differs from 1, up or down; geometric mean over the sources. 1 is consistent.

@@ -118,7 +118,7 @@ Value mean_over(E e, std::int64_t horizon_ns, Spread HorizonError::*error, doubl
   return found == nullptr ? std::nullopt : Value(factor * (found->*error).mean);
 }
 
-Value velocity(E e, double Motion::*component, double factor = 1.0) {
+Value velocity(E e, double estimator::BodyVelocity::*component, double factor = 1.0) {
   return e.velocity_rms ? Value(factor * (*e.velocity_rms).*component) : std::nullopt;
 }
 
@@ -178,11 +178,11 @@ constexpr std::array<Metric, 22> all_metrics{{
      "over the sources. Needs no reference",
      [](E e, E) { return e.nis_factor; }},
     {"vx rms [m/s]", 4, "root mean square of the error of the speed along the car",
-     [](E e, E) { return velocity(e, &Motion::vx); }},
+     [](E e, E) { return velocity(e, &estimator::BodyVelocity::v_x); }},
     {"vy rms [m/s]", 4, "root mean square of the error of the speed to the left",
-     [](E e, E) { return velocity(e, &Motion::vy); }},
+     [](E e, E) { return velocity(e, &estimator::BodyVelocity::v_y); }},
     {"yaw rate rms [deg/s]", 4, "root mean square of the error of the yaw rate",
-     [](E e, E) { return velocity(e, &Motion::yaw_rate, per_degree); }},
+     [](E e, E) { return velocity(e, &estimator::BodyVelocity::yaw_rate, per_degree); }},
     {"end error better by [%]", 1, smaller,
      [](E e, E b) { return better(e, b, e.end_error, b.end_error, b.position.rms); }},
     {"position rms better by [%]", 1, smaller,

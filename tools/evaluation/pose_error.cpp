@@ -108,9 +108,9 @@ Trajectory at_centre_of_gravity(const Trajectory& reference, const Pose2& lever_
   for (TrajectoryPoint& point : moved.points) {
     point.pose = compose(point.pose, back);
     // v_cog = R(lever yaw) v_point − ψ̇ × lever
-    const Motion v = point.motion;
-    point.motion.vx = c * v.vx - s * v.vy + v.yaw_rate * lever_arm.y;
-    point.motion.vy = s * v.vx + c * v.vy - v.yaw_rate * lever_arm.x;
+    const estimator::BodyVelocity v = point.motion;
+    point.motion.v_x = c * v.v_x - s * v.v_y + v.yaw_rate * lever_arm.y;
+    point.motion.v_y = s * v.v_x + c * v.v_y - v.yaw_rate * lever_arm.x;
   }
   return moved;
 }

@@ -57,19 +57,19 @@ class Scan {
   std::vector<double> squares_;
 };
 
-struct Span {
+struct TimeRange {
   std::int64_t from = 0;
   std::int64_t to = 0;
 };
 
 // The range of times that can be evaluated for every offset.
-Span judged(const Trajectory& reference, const Trajectory& estimate) {
+TimeRange judged(const Trajectory& reference, const Trajectory& estimate) {
   constexpr std::int64_t margin_ns = steps * step_ns;
   return {std::max(reference.points.front().t_ns + margin_ns, estimate.points.front().t_ns),
           std::min(reference.points.back().t_ns - margin_ns, estimate.points.back().t_ns)};
 }
 
-std::vector<TrajectoryPoint> thinned(const Trajectory& estimate, const Span& span) {
+std::vector<TrajectoryPoint> thinned(const Trajectory& estimate, const TimeRange& span) {
   std::vector<TrajectoryPoint> all;
   for (const TrajectoryPoint& point : estimate.points)
     if (point.t_ns >= span.from && point.t_ns <= span.to) all.push_back(point);
@@ -146,7 +146,7 @@ std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
 
 std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
                                            const Trajectory& estimate) {
-  const Span span = judged(reference, estimate);
+  const TimeRange span = judged(reference, estimate);
   const std::int64_t begins = span.to - window_ns - span.from;
   const std::int64_t stride =
       std::max(stride_ns, begins / static_cast<std::int64_t>(most_samples) + 1);

@@ -133,12 +133,12 @@ class Topics {
 
   void write_truth(std::int64_t t_ns, const TrajectoryPoint& point) {
     const Pose2& pose = point.pose;
-    const Motion& motion = point.motion;
+    const estimator::BodyVelocity& motion = point.motion;
     const Json time = time_json(t_ns);
     writer_.write("/truth/pose", "foxglove.PoseInFrame", t_ns, pose_in_map(time, pose));
     Json state{{"timestamp", time}, {"x", pose.x}, {"y", pose.y}, {"yaw", pose.yaw}};
     if (data_.truth->has_motion)
-      state.update({{"vx", motion.vx}, {"vy", motion.vy}, {"yaw_rate", motion.yaw_rate}});
+      state.update({{"vx", motion.v_x}, {"vy", motion.v_y}, {"yaw_rate", motion.yaw_rate}});
     writer_.write("/truth/state", "odomd.Truth", t_ns, state);
   }
 

@@ -17,7 +17,7 @@ std::int64_t nanoseconds(double seconds) {
 
 }  // namespace
 
-CameraFault::CameraFault(const Fault& fault, Span span)
+CameraFault::CameraFault(const Fault& fault, ActiveTime span)
     : fault_(fault), span_(span), random_(fault.seed, name_of(fault.kind)) {}
 
 void CameraFault::take(const CameraPose& pose, std::vector<CameraPose>& out) {

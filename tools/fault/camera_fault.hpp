@@ -17,7 +17,7 @@ namespace odomd::fault {
 class CameraFault {
  public:
   /// `fault` must be one of the camera's.
-  CameraFault(const Fault& fault, Span span);
+  CameraFault(const Fault& fault, ActiveTime span);
 
   /// Takes a pose and appends the poses that are due by its arrival time.
   void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
@@ -33,7 +33,7 @@ class CameraFault {
   void add_noise(estimator::CameraPose& pose, double sigmas);
 
   Fault fault_;
-  Span span_;
+  ActiveTime span_;
   sim::RandomStream random_;
   std::optional<estimator::CameraPose> latest_;   ///< the last one before the fault
   std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before the newest one

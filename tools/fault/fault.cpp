@@ -26,10 +26,10 @@ constexpr Sources wheels = estimator::wheels;
 constexpr Sources front = estimator::set_of(estimator::is_front);
 constexpr Sources rear = wheels & ~front & ~only(Source::motor);
 
-constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
-constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
-constexpr Quantity speed{"m/s", "m/s2", 1.0, 0.5, 0.1};
-constexpr Quantity angle{"rad", "rad/s", 0.2, 0.1, 0.02};
+constexpr FaultSizes turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
+constexpr FaultSizes acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
+constexpr FaultSizes speed{"m/s", "m/s2", 1.0, 0.5, 0.1};
+constexpr FaultSizes angle{"rad", "rad/s", 0.2, 0.1, 0.02};
 
 constexpr Groups sensors = 1, directions = 2, buses = 4, cameras = 8;
 constexpr Groups quantities = 16, speeds = 32, exchangeable_speeds = 64, exchangeable_axes = 128;
@@ -61,7 +61,7 @@ std::string size_text(Magnitude size) {
 // "0.2 rad/s, 3 m/s2": the default size for every part, without repeats.
 std::string sizes_of(Act act) {
   std::vector<std::string> sizes;
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     if (kind.act != act || default_magnitude(kind).unit.empty()) continue;
     const std::string size = size_text(default_magnitude(kind));
     if (std::ranges::find(sizes, size) == sizes.end()) sizes.push_back(size);
@@ -73,7 +73,7 @@ std::string sizes_of(Act act) {
 std::string ways_of(Part part) {
   constexpr std::size_t width = 100;
   std::string text, line = "   ";
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     if (kind.part != part) continue;
     const std::string_view name = info(kind.act).name;
     if (line.size() + 1 + name.size() > width) {
@@ -110,9 +110,9 @@ const ActInfo& info(Act act) noexcept {
   return act_table[static_cast<std::size_t>(act)];
 }
 
-const std::vector<Kind>& all_kinds() {
-  static const std::vector<Kind> kinds = [] {
-    std::vector<Kind> all;
+const std::vector<FaultKind>& all_kinds() {
+  static const std::vector<FaultKind> kinds = [] {
+    std::vector<FaultKind> all;
     for (const PartInfo& part : part_table)
       for (const ActInfo& act : act_table)
         if ((part.groups & act.groups) != 0) all.push_back({part.part, act.act});
@@ -121,13 +121,13 @@ const std::vector<Kind>& all_kinds() {
   return kinds;
 }
 
-std::string name_of(Kind kind) {
+std::string name_of(FaultKind kind) {
   return std::string(info(kind.part).name).append(1, '.').append(info(kind.act).name);
 }
 
-Kind parse_kind(std::string_view name) {
+FaultKind parse_kind(std::string_view name) {
   std::vector<std::string> names;
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     names.push_back(name_of(kind));
     if (names.back() == name) return kind;
   }
@@ -135,19 +135,19 @@ Kind parse_kind(std::string_view name) {
                               nearest_hint(name, names) + "; odom fault --list shows all");
 }
 
-Magnitude default_magnitude(Kind kind) noexcept {
-  const Quantity& quantity = info(kind.part).quantity;
+Magnitude default_magnitude(FaultKind kind) noexcept {
+  const FaultSizes& quantity = info(kind.part).quantity;
   if (kind.act == Act::stuck) return {quantity.stuck, quantity.unit};
   if (kind.act == Act::biased) return {quantity.bias, quantity.unit};
   if (kind.act == Act::ramped) return {quantity.ramp, quantity.rate_unit};
   return info(kind.act).magnitude;
 }
 
-Sources sources_of(Kind kind) noexcept {
+Sources sources_of(FaultKind kind) noexcept {
   return info(kind.part).sources;
 }
 
-Fault fault_of(Kind kind) {
+Fault fault_of(FaultKind kind) {
   return {.kind = kind, .magnitude = default_magnitude(kind).value};
 }
 
@@ -204,7 +204,7 @@ std::string kinds_text() {
 
 nlohmann::ordered_json kinds_json() {
   auto all = nlohmann::ordered_json::array();
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     const Magnitude size = default_magnitude(kind);
     nlohmann::ordered_json one{{"kind", name_of(kind)},
                                {"part", info(kind.part).what},

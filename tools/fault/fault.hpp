@@ -30,7 +30,7 @@ enum class Part : std::uint8_t {
 using Groups = std::uint32_t;
 
 /// What a sensor measures, with the default sizes of faults.
-struct Quantity {
+struct FaultSizes {
   std::string_view unit;
   std::string_view rate_unit;
   double stuck;
@@ -44,7 +44,7 @@ struct PartInfo {
   std::string_view what;
   Sources sources;
   Groups groups;
-  Quantity quantity;  ///< empty for parts that have none or several
+  FaultSizes quantity;  ///< empty for parts that have none or several
 };
 [[nodiscard]] std::span<const PartInfo> parts() noexcept;
 
@@ -69,31 +69,31 @@ struct ActInfo {
 };
 [[nodiscard]] std::span<const ActInfo> acts() noexcept;
 
-struct Kind {
+struct FaultKind {
   Part part = Part::gyro;
   Act act = Act::frozen;
-  bool operator==(const Kind&) const = default;
+  bool operator==(const FaultKind&) const = default;
 };
 
 /// Every part with each of its ways to fail.
-[[nodiscard]] const std::vector<Kind>& all_kinds();
+[[nodiscard]] const std::vector<FaultKind>& all_kinds();
 
 [[nodiscard]] const PartInfo& info(Part part) noexcept;
 [[nodiscard]] const ActInfo& info(Act act) noexcept;
 
 /// "gyro.frozen"
-[[nodiscard]] std::string name_of(Kind kind);
+[[nodiscard]] std::string name_of(FaultKind kind);
 /// Throws std::invalid_argument that names the nearest kind.
-[[nodiscard]] Kind parse_kind(std::string_view name);
+[[nodiscard]] FaultKind parse_kind(std::string_view name);
 
-[[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
+[[nodiscard]] Magnitude default_magnitude(FaultKind kind) noexcept;
 
 /// The sources that the car must do without once the fault is known. None for a fault of the whole
 /// bus.
-[[nodiscard]] Sources sources_of(Kind kind) noexcept;
+[[nodiscard]] Sources sources_of(FaultKind kind) noexcept;
 
 struct Fault {
-  Kind kind;
+  FaultKind kind;
   double begin_s = 0.0;                                         ///< after the first frame
   double duration_s = std::numeric_limits<double>::infinity();  ///< infinite: to the end
   double magnitude = 0.0;                                       ///< see default_magnitude()
@@ -101,7 +101,7 @@ struct Fault {
 };
 
 /// A fault with the kind's default size, from the first frame to the end.
-[[nodiscard]] Fault fault_of(Kind kind);
+[[nodiscard]] Fault fault_of(FaultKind kind);
 
 /// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; omitted or empty fields are as in fault_of().
 /// Throws std::invalid_argument that names the wrong field.
@@ -111,7 +111,7 @@ struct Fault {
 void check(const Fault& fault);
 
 /// The time in which a fault acts, on the drive's clock: begin_ns <= t < end_ns.
-struct Span {
+struct ActiveTime {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
 
@@ -121,7 +121,7 @@ struct Span {
 };
 
 /// `start_ns`: the stamp of the drive's first frame.
-[[nodiscard]] inline Span span_of(const Fault& fault, std::int64_t start_ns) noexcept {
+[[nodiscard]] inline ActiveTime span_of(const Fault& fault, std::int64_t start_ns) noexcept {
   constexpr double longest_s = 1e9;
   const std::int64_t begin_ns = start_ns + std::llround(fault.begin_s * 1e9);
   const bool ends = fault.duration_s < longest_s;

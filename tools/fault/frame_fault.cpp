@@ -39,7 +39,7 @@ bool is_of_values(Act act) {
 
 FrameFault::FrameFault(const CarSignals& signals,
                        const std::array<double, estimator::source_count>& sigma, const Fault& fault,
-                       Span span)
+                       ActiveTime span)
     : signals_(signals),
       fault_(fault),
       sources_(sources_of(fault.kind)),

@@ -19,7 +19,7 @@ class FrameFault {
   /// `fault` may be of any kind except the camera's. `sigma`: the stated noise of each source;
   /// `span`: when the fault acts. `signals` must outlive this.
   FrameFault(const CarSignals& signals, const std::array<double, estimator::source_count>& sigma,
-             const Fault& fault, Span span);
+             const Fault& fault, ActiveTime span);
 
   /// Takes a frame and appends the frames that are output by its time, in order.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
@@ -56,7 +56,7 @@ class FrameFault {
   const CarSignals& signals_;
   Fault fault_;
   Sources sources_;
-  Span span_;
+  ActiveTime span_;
   sim::RandomStream random_;
   std::array<double, estimator::source_count> sigma_{};
   std::array<Seen, estimator::source_count> seen_{};

@@ -40,14 +40,14 @@ std::string_view sequence(Style style, Colour colour) {
 
 std::size_t width(const Line& line) {
   std::size_t columns = 0;
-  for (const Span& span : line) columns += width(span.text);
+  for (const StyledText& span : line) columns += width(span.text);
   return columns;
 }
 
 Line fitted(const Line& line, std::size_t columns) {
   Line result;
   std::size_t left = columns;
-  for (const Span& span : line) {
+  for (const StyledText& span : line) {
     if (left == 0) break;
     const std::string_view text = cut(span.text, left);
     left -= width(text);
@@ -80,7 +80,7 @@ Lines side_by_side(const Lines& left, const Lines& right, std::size_t columns) {
 
 std::string as_text(const Line& line) {
   std::string text;
-  for (const Span& span : line) text += escaped(span.text);
+  for (const StyledText& span : line) text += escaped(span.text);
   text.erase(text.find_last_not_of(' ') + 1);
   return text;
 }
@@ -93,7 +93,7 @@ std::string as_text(const Lines& lines) {
 
 std::string as_ansi(const Line& line, Colour colour) {
   std::string text;
-  for (const Span& span : line) {
+  for (const StyledText& span : line) {
     const std::string_view begin = sequence(span.style, colour);
     text += begin;
     text += escaped(span.text);

@@ -9,12 +9,12 @@ namespace odomd::tools {
 
 enum class Style { plain, dim, strong, good, warning, bad, accent };
 
-struct Span {
+struct StyledText {
   std::string text;  ///< UTF-8, every character one column wide
   Style style = Style::plain;
 };
 
-using Line = std::vector<Span>;
+using Line = std::vector<StyledText>;
 using Lines = std::vector<Line>;
 
 enum class Colour { on, off };

@@ -17,7 +17,7 @@ using Rows = std::vector<StatusValue>;
 
 struct Column {
   std::string title;
-  std::function<Span(const StatusValue& row)> cell;
+  std::function<StyledText(const StatusValue& row)> cell;
   bool flush_left = false;
 };
 
@@ -25,7 +25,7 @@ struct Column {
 Column column(std::string title, std::string path,
               std::string (StatusValue::*in_words)() const = &StatusValue::text) {
   return {std::move(title), [path = std::move(path), in_words](const StatusValue& row) {
-            return Span{(row[path].*in_words)()};
+            return StyledText{(row[path].*in_words)()};
           }};
 }
 
@@ -61,8 +61,8 @@ Lines table_of(const std::vector<Column>& columns, const Rows& rows) {
 }
 
 // ", 2 lost, 1 times down": the counts that are not 0.
-Span nonzero(const StatusValue& counts, Style style,
-             std::initializer_list<std::pair<const char*, const char*>> names) {
+StyledText nonzero(const StatusValue& counts, Style style,
+                   std::initializer_list<std::pair<const char*, const char*>> names) {
   std::string text;
   for (const auto& [key, name] : names)
     if (const std::uint64_t count = counts[key].count(); count > 0)
@@ -74,7 +74,7 @@ bool is_unused(const StatusValue& source) {
   return source["verdicts/source_off"].count() > 0 && source["verdicts/fused"].count() == 0;
 }
 
-Span last_verdict(const StatusValue& source) {
+StyledText last_verdict(const StatusValue& source) {
   if (is_unused(source)) return {"unused by the model", Style::dim};
   const std::string last = source["last_verdict"].text();
   const bool fine = last == "fused" || last == "source_off" || last == "none";
@@ -87,29 +87,31 @@ Span last_verdict(const StatusValue& source) {
 // not fused.
 Lines sources(Rows sources, std::size_t columns_of_page) {
   std::erase_if(sources, [](const StatusValue& source) { return !source["configured"].is_true(); });
-  std::vector<Column> columns{
-      left(column("source", "name")),
-      {"state",
-       [](const StatusValue& source) {
-         return Span{source_state(source), source["healthy"].is_true() ? Style::good : Style::bad};
-       },
-       true},
-      column("1/s", "verdicts", &StatusValue::rate),
-      column("age", "age_s", &StatusValue::duration),
-      column("fused", "verdicts/fused"),
-      {"last", last_verdict, true}};
+  std::vector<Column> columns{left(column("source", "name")),
+                              {"state",
+                               [](const StatusValue& source) {
+                                 return StyledText{source_state(source), source["healthy"].is_true()
+                                                                             ? Style::good
+                                                                             : Style::bad};
+                               },
+                               true},
+                              column("1/s", "verdicts", &StatusValue::rate),
+                              column("age", "age_s", &StatusValue::duration),
+                              column("fused", "verdicts/fused"),
+                              {"last", last_verdict, true}};
   if (columns_of_page >= 96 && std::ranges::any_of(sources, [](const StatusValue& source) {
         return source["innovations/mean_nis"].exists();
       })) {
-    columns.push_back({"NIS", [](const auto& source) { return Span{nis_by_expectation(source)}; }});
+    columns.push_back(
+        {"NIS", [](const auto& source) { return StyledText{nis_by_expectation(source)}; }});
     columns.push_back({"in 95 %", [](const auto& source) {
-                         return Span{source["innovations/inside_95"].number(1, 100.0)};
+                         return StyledText{source["innovations/inside_95"].number(1, 100.0)};
                        }});
   }
   columns.push_back(
       {"not fused",
        [](const StatusValue& source) {
-         return Span{source["verdicts"].nonzero({"fused", "source_off"}), Style::warning};
+         return StyledText{source["verdicts"].nonzero({"fused", "source_off"}), Style::warning};
        },
        true});
   return table_of(columns, sources);
@@ -188,15 +190,16 @@ Unit unit_of(const StatusValue& calibration) {
 Lines calibrations(Rows calibrations) {
   std::erase_if(calibrations, [](const StatusValue& one) { return !one["sigma"].exists(); });
   const auto value = [](const StatusValue& calibration) {
-    return Span{calibration["value"].number(4, unit_of(calibration).factor), Style::strong};
+    return StyledText{calibration["value"].number(4, unit_of(calibration).factor), Style::strong};
   };
   const auto sigma = [](const StatusValue& calibration) {
     const Unit unit = unit_of(calibration);
-    return Span{fmt::format("± {}{}", calibration["sigma"].number(4, unit.factor), unit.name)};
+    return StyledText{
+        fmt::format("± {}{}", calibration["sigma"].number(4, unit.factor), unit.name)};
   };
   const auto learnt = [](const StatusValue& calibration) {
-    return calibration["valid"].is_true() ? Span{"learnt", Style::good}
-                                          : Span{"not yet", Style::dim};
+    return calibration["valid"].is_true() ? StyledText{"learnt", Style::good}
+                                          : StyledText{"not yet", Style::dim};
   };
   return table_of({left(column("", "name")), {"", value}, {"", sigma, true}, {"", learnt, true}},
                   calibrations);
@@ -272,7 +275,7 @@ Lines messages(const Rows& messages) {
     std::string text = message["verdicts"].nonzero({"decoded", "unmapped", "no_sample"});
     if (const std::uint64_t lost = message["some_lost"].count(); lost > 0)
       text += fmt::format("{}{} after a gap", text.empty() ? "" : ", ", lost);
-    return Span{text, Style::warning};
+    return StyledText{text, Style::warning};
   };
   return table_of({left(column("message", "name")),
                    left(column("id", "id", &StatusValue::hexadecimal)),
@@ -292,11 +295,11 @@ Lines noise(Rows sources) {
   });
   const auto unit = [](const StatusValue& source) {
     const std::string name = source["name"].text();
-    return Span{name == "yaw_rate" ? "rad/s" : name.starts_with("accel") ? "m/s2" : "m/s"};
+    return StyledText{name == "yaw_rate" ? "rad/s" : name.starts_with("accel") ? "m/s2" : "m/s"};
   };
   const auto share = [](const StatusValue& source) {
     const StatusValue part = source["noise/speed_share"];
-    return Span{part.number(2, 100.0) + (part.exists() ? " %" : "")};
+    return StyledText{part.number(2, 100.0) + (part.exists() ? " %" : "")};
   };
   constexpr auto significant = &StatusValue::significant;
   return table_of({left(column("source", "name")),

@@ -82,8 +82,8 @@ Chart chart_of(std::span<const Judgement> samples, std::size_t dimension, const 
           words.name,
       std::string{"innovation ["} + words.unit + "]");
   chart.height = 400.0;
-  chart::Series taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
-  chart::Series gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
+  chart::PlotSeries taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
+  chart::PlotSeries gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
   chart::Band band{"±3√S", chart::colour_of(0), {}};
   // No expected range is drawn over a stretch without samples.
   const double gap = longest_spacing(samples);
@@ -190,7 +190,7 @@ chart::Chart evaluation_map(const EvaluatedDrive& drive, const std::string& titl
         {"reference", fixed(path, path < 1000.0 ? 1 : 0) + " m", chart::reference_colour,
          points_between(*drive.reference, first_ns, last_ns), chart::Mark::line, 9.0});
   const bool left_out = !drive.replays.empty() && !camera_came_in(drive);
-  chart::Series cameras{
+  chart::PlotSeries cameras{
       left_out ? "camera, left out" : "camera", "", chart::dot_colour, {}, chart::Mark::dots};
   for (const auto& pose : drive.cameras)
     if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns)

@@ -12,7 +12,7 @@ namespace odomd::tools {
 namespace {
 
 using chart::Chart;
-using chart::Series;
+using chart::PlotSeries;
 
 // The unit of lengths in a chart: millimetres if all values are below 0.2 m.
 struct Unit {
@@ -31,7 +31,7 @@ Figure horizon(const EvaluatedDrive& drive) {
   chart.x = {"horizon [ms]", chart::Scaling::logarithmic, chart::Range{4.5, 1100.0}};
   chart.y = {"mean error of the predicted displacement [mm]", chart::Scaling::logarithmic, {}};
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
-    Series series{names[i], "", colours[i], {}, chart::Mark::line_and_dots};
+    PlotSeries series{names[i], "", colours[i], {}, chart::Mark::line_and_dots};
     for (const HorizonError& e : drive.report.evaluations[i].horizons)
       series.points.push_back(
           {static_cast<double>(e.horizon_ns) * 1e-6, std::max(1e3 * e.displacement.mean, 1e-4)});
@@ -48,8 +48,8 @@ using Errors = std::vector<std::vector<PoseError>>;  // one vector per estimate
 
 // Plots one value of each error over time; errors that lack it are left out.
 template <typename Value>
-Series series_of(const EvaluatedDrive& drive, std::size_t estimate,
-                 const std::vector<PoseError>& errors, Value value) {
+PlotSeries series_of(const EvaluatedDrive& drive, std::size_t estimate,
+                     const std::vector<PoseError>& errors, Value value) {
   return over_time({names_of(drive)[estimate], "", colours_of(drive)[estimate], {}}, errors,
                    drive.report.evaluations.front().first_ns, value);
 }
@@ -91,7 +91,7 @@ Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& erro
   Chart chart = time_chart("", "");
   chart.series = {series_of(drive, estimate, errors,
                             [&](const PoseError& e) { return driven(e).*component.value; })};
-  Series& series = chart.series.front();
+  PlotSeries& series = chart.series.front();
   chart::Band band{"±3σ", series.colour, {}};
   double largest = 0.0;
   std::size_t inside = 0;
@@ -121,7 +121,7 @@ Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
   chart.y.scaling = chart::Scaling::logarithmic;
   chart.levels = {{3.0, "3, expected"}, {chi_squared_95_of_3, ""}};
   double largest = 10.0;
-  Series series =
+  PlotSeries series =
       series_of(drive, estimate, errors, [&](const PoseError& e) -> std::optional<double> {
         if (!e.nees) return std::nullopt;
         largest = std::max(largest, *e.nees);
@@ -226,7 +226,7 @@ std::vector<chart::Drawing> errors_by_speed(const std::vector<EvaluatedDrive>& d
         const Metric::Value value = quantity.value(e, e);
         const double duration = 1e-9 * static_cast<double>(e.last_ns - e.first_ns);
         if (!value || !(duration > 0.0)) continue;
-        auto series = std::ranges::find(chart.series, names[i], &Series::label);
+        auto series = std::ranges::find(chart.series, names[i], &PlotSeries::label);
         if (series == chart.series.end())
           series = chart.series.insert(series,
                                        {names[i], "", colours[i], {}, chart::Mark::line_and_dots});
@@ -235,7 +235,7 @@ std::vector<chart::Drawing> errors_by_speed(const std::vector<EvaluatedDrive>& d
     }
     if (chart.series.empty()) continue;
     chart::Range speeds{chart.series[0].points[0].x, chart.series[0].points[0].x};
-    for (Series& series : chart.series) {
+    for (PlotSeries& series : chart.series) {
       std::ranges::sort(series.points, {}, &chart::Point::x);
       speeds.take(series.points.front().x);
       speeds.take(series.points.back().x);

@@ -32,8 +32,8 @@ struct Figure {
 
 /// `series` with the value of every row that has one.
 template <typename Rows, typename Value>
-[[nodiscard]] chart::Series over_time(chart::Series series, const Rows& rows, std::int64_t zero_ns,
-                                      const Value& value) {
+[[nodiscard]] chart::PlotSeries over_time(chart::PlotSeries series, const Rows& rows,
+                                          std::int64_t zero_ns, const Value& value) {
   for (const auto& row : rows)
     if (const std::optional<double> y = value(row))
       series.points.push_back({seconds_after(zero_ns, row.t_ns), *y});

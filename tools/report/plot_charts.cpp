@@ -24,7 +24,7 @@ namespace odomd::tools {
 namespace {
 
 using chart::Chart;
-using chart::Series;
+using chart::PlotSeries;
 
 using Value = double (*)(const TrajectoryPoint&);
 
@@ -123,7 +123,7 @@ const std::vector<double>& values_of(const Trajectory& track, std::string_view c
 constexpr std::string_view sigma_prefix = "sigma_";
 
 // Three standard deviations around a curve of calibrations; empty if they were never estimated.
-chart::Band band_of(const Curve& curve, const Trajectory& track, const Series& series) {
+chart::Band band_of(const Curve& curve, const Trajectory& track, const PlotSeries& series) {
   chart::Band band{"±3σ", series.colour, {}};
   const auto& sigmas = values_of(track, std::string{sigma_prefix}.append(curve.column));
   if (std::ranges::none_of(sigmas, [](double sigma) { return sigma > 0.0; })) return band;
@@ -146,7 +146,7 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
         curve.value == nullptr ? &values_of(track, curve.column) : nullptr;
     if (column != nullptr ? column->empty() : curve.needs != nullptr && !(track.*curve.needs))
       continue;
-    Series series = over_time(
+    PlotSeries series = over_time(
         {one.name, "", one.colour, {}, chart::Mark::line, one.stroke}, track.points, one.zero_ns,
         [&](const TrajectoryPoint& point) -> std::optional<double> {
           if (column == nullptr) return curve.value(point);
@@ -167,7 +167,7 @@ Chart chart_of(const Curve& curve, const std::vector<Drawn>& tracks, const Calib
 chart::Drawing map_of(const PlotInput& input) {
   chart::Chart map = empty_map("");
   for (const Drawn& one : drawn(input)) {
-    Series series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
+    PlotSeries series{one.name, "", one.colour, {}, chart::Mark::line, one.stroke};
     for (const TrajectoryPoint& p : one.track->points)
       series.points.push_back({p.pose.x, p.pose.y});
     map.series.push_back(std::move(series));
@@ -282,7 +282,7 @@ std::vector<chart::Drawing> plot(std::string_view quantity, const PlotInput& inp
     if (curve.quantity != quantity) continue;
     const Chart chart = chart_of(curve, tracks, input.truth);
     // A chart of the reference alone is left out.
-    const auto is_reference = [](const Series& series) {
+    const auto is_reference = [](const PlotSeries& series) {
       return series.colour == chart::reference_colour;
     };
     if (!std::ranges::all_of(chart.series, is_reference)) drawings.push_back(draw(chart));

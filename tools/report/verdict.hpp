@@ -24,7 +24,7 @@ struct Reason {
 };
 
 /// The verdict on one drive, from the estimate focus_of().
-struct Verdict {
+struct Judgement {
   Grade grade = Grade::good;    ///< the worst of the reasons
   std::string subject;          ///< "full with the camera"
   std::string basis;            ///< what the estimate is compared with, and the limits of that
@@ -36,10 +36,10 @@ struct Verdict {
   }
 };
 
-[[nodiscard]] Verdict verdict_of(const EvaluatedDrive& drive);
+[[nodiscard]] Judgement verdict_of(const EvaluatedDrive& drive);
 
 /// One line for the grade, and one for each reason.
-[[nodiscard]] std::string as_text(const Verdict& verdict);
-[[nodiscard]] nlohmann::ordered_json as_json(const Verdict& verdict);
+[[nodiscard]] std::string as_text(const Judgement& verdict);
+[[nodiscard]] nlohmann::ordered_json as_json(const Judgement& verdict);
 
 }  // namespace odomd::tools::report

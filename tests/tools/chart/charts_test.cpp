@@ -22,7 +22,7 @@ Chart sine() {
   chart.title = "R&D <sine>";
   chart.x.label = "time [s]";
   chart.y.label = "value [m]";
-  Series series{"model", "1.0 cm/m", "#0072B2", {}};
+  PlotSeries series{"model", "1.0 cm/m", "#0072B2", {}};
   Band band{"3σ", "#0072B2", {}};
   for (int i = 0; i <= 1000; ++i) {
     const double t = 0.01 * i;
@@ -90,7 +90,7 @@ TEST(Chart, DrawsUnusualData) {
 
 TEST(Chart, LimitsTheSizeOfALongDrive) {
   Chart chart;
-  Series series{"long", "", "#0072B2", {}};
+  PlotSeries series{"long", "", "#0072B2", {}};
   for (int i = 0; i < 400'000; ++i) series.points.push_back({0.005 * i, std::sin(0.1 * i)});
   chart.series = {series};
   EXPECT_LT(svg_of(chart).size(), 60'000U);

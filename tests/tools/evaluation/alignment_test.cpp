@@ -80,14 +80,14 @@ TEST(LeverArm, IsRemovedFromPoseAndVelocity) {
     const Motion v = point.motion;
     const double x = v.vx - v.yaw_rate * lever.y;
     const double y = v.vy + v.yaw_rate * lever.x;
-    point.motion.vx = std::cos(lever.yaw) * x + std::sin(lever.yaw) * y;
-    point.motion.vy = -std::sin(lever.yaw) * x + std::cos(lever.yaw) * y;
+    point.motion.v_x = std::cos(lever.yaw) * x + std::sin(lever.yaw) * y;
+    point.motion.v_y = -std::sin(lever.yaw) * x + std::cos(lever.yaw) * y;
   }
   const Trajectory back = at_centre_of_gravity(reference, lever);
   for (std::size_t i = 0; i < car.points.size(); ++i) {
     EXPECT_THAT(back.points[i].pose, PoseNear(car.points[i].pose, 1e-13));
-    EXPECT_NEAR(back.points[i].motion.vx, car.points[i].motion.vx, 1e-13);
-    EXPECT_NEAR(back.points[i].motion.vy, car.points[i].motion.vy, 1e-13);
+    EXPECT_NEAR(back.points[i].motion.v_x, car.points[i].motion.v_x, 1e-13);
+    EXPECT_NEAR(back.points[i].motion.v_y, car.points[i].motion.v_y, 1e-13);
   }
 }
 

@@ -131,7 +131,7 @@ TEST(Evaluation, NeesRotatesTheCovarianceWithTheMapAndSkipsSingularOnes) {
 TEST(Evaluation, ComparesVelocitiesWhereBothHaveThem) {
   const Trajectory reference = wavy_drive(0.0, 1.0, 0.01);
   Trajectory estimate = reference;
-  for (auto& point : estimate.points) point.motion.vy += 0.25;
+  for (auto& point : estimate.points) point.motion.v_y += 0.25;
   const Evaluation e = evaluate(reference, estimate, Align::none);
   ASSERT_TRUE(e.velocity_rms);
   EXPECT_NEAR(e.velocity_rms->vx, 0.0, 1e-12);

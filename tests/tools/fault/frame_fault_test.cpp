@@ -38,7 +38,7 @@ const std::map<std::string_view, Oracle>& oracles() {
 TEST(FrameFault, ValuesAreChangedAndNothingElse) {
   const Decoded before = decoded(healthy_frames());
   int tried = 0;
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     const auto oracle = oracles().find(info(kind.act).name);
     if (oracle == oracles().end() || kind.part == Part::camera) continue;
     const bool mapped = std::ranges::any_of(small_car_signals, [&](const Signal& signal) {

@@ -141,8 +141,8 @@ TEST(GoldenReplay, AgreesWithTheAuthorsFilterFromTheFirstTick) {
     for (std::size_t i = 0; i < golden.size(); ++i) {
       const TrajectoryPoint& p = poses.points[i];
       ASSERT_EQ(p.t_ns, first_ns + static_cast<std::int64_t>(i) * period_ns);
-      const std::array ours{p.motion.vx, p.motion.vy, p.motion.yaw_rate,
-                            p.pose.x,    p.pose.y,    p.pose.yaw};
+      const std::array ours{p.motion.v_x, p.motion.v_y, p.motion.yaw_rate,
+                            p.pose.x,     p.pose.y,     p.pose.yaw};
       for (std::size_t k = 0; k < ours.size(); ++k)
         worst = std::max(worst, std::abs(ours[k] - golden[i].expected[k]));
     }

@@ -65,11 +65,11 @@ TEST_P(EveryDrive, EndsStandingWhereItBegan) {
                          .seed = car ? 3U : 1U});
   double lateral = 0.0, fastest = 0.0;
   for (const tools::TrajectoryPoint& row : d.all.truth) {
-    for (const double value :
-         {row.pose.x, row.pose.y, row.pose.yaw, row.motion.vx, row.motion.vy, row.motion.yaw_rate})
+    for (const double value : {row.pose.x, row.pose.y, row.pose.yaw, row.motion.v_x, row.motion.v_y,
+                               row.motion.yaw_rate})
       ASSERT_TRUE(std::isfinite(value));
-    lateral = std::max(lateral, std::abs(row.motion.vx * row.motion.yaw_rate));
-    fastest = std::max(fastest, row.motion.vx);
+    lateral = std::max(lateral, std::abs(row.motion.v_x * row.motion.yaw_rate));
+    fastest = std::max(fastest, row.motion.v_x);
   }
   EXPECT_LT(lateral, 8.5);
   EXPECT_GT(fastest, 0.9 * speed.value_or(0.0));
@@ -167,8 +167,8 @@ TEST(Sim, AMovingStartNeverStandsStill) {
     const Drive d = drive({.scenario = scenario, .laps = 1, .ends = Ends::moving});
     // On the road the driver may slow down for curves.
     for (const tools::TrajectoryPoint& row : d.all.truth)
-      EXPECT_GT(row.motion.vx, 0.5 * slowest) << scenario;
-    EXPECT_GT(d.all.truth.front().motion.vx, slowest) << scenario;
+      EXPECT_GT(row.motion.v_x, 0.5 * slowest) << scenario;
+    EXPECT_GT(d.all.truth.front().motion.v_x, slowest) << scenario;
     const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
     EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1 * scale);
     // The wheels turn from the first frame on.
@@ -185,13 +185,13 @@ TEST(Sim, ParkingReversesAndIceMakesSlip) {
   const Drive parking = drive({.scenario = "parking", .laps = 1});
   double slowest = 0.0;
   for (const tools::TrajectoryPoint& row : parking.all.truth)
-    slowest = std::min(slowest, row.motion.vx);
+    slowest = std::min(slowest, row.motion.v_x);
   EXPECT_LT(slowest, -0.3);
 
   const auto most_slip = [](const Drive& d) {
     double most = 0.0;
     for (const tools::TrajectoryPoint& row : d.all.truth)
-      most = std::max(most, std::abs(row.motion.vy));
+      most = std::max(most, std::abs(row.motion.v_y));
     return most;
   };
   const double dry = most_slip(drive({.scenario = "lap", .speed = 1.6, .laps = 1}));
@@ -267,11 +267,11 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
           EXPECT_NEAR(samples[i].value, truth.motion.yaw_rate, 0.08);  // changes in 5 ms
           break;
         case estimator::Source::wheel_rear_left:
-          EXPECT_NEAR(samples[i].value, truth.motion.vx - 0.08 * truth.motion.yaw_rate,
+          EXPECT_NEAR(samples[i].value, truth.motion.v_x - 0.08 * truth.motion.yaw_rate,
                       0.12);  // tyre slip
           break;
         case estimator::Source::wheel_rear_right:
-          EXPECT_NEAR(samples[i].value, truth.motion.vx + 0.08 * truth.motion.yaw_rate, 0.12);
+          EXPECT_NEAR(samples[i].value, truth.motion.v_x + 0.08 * truth.motion.yaw_rate, 0.12);
           break;
         default:
           break;

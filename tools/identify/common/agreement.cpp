@@ -34,10 +34,10 @@ constexpr std::ptrdiff_t min_pieces = 20;
 constexpr double related = 0.5, clearly_related = 0.7;  // correlations
 constexpr double max_unseen_ratio = 3.0;  // without poses: allows for slipping wheels and tyres
 
-enum class Verdict : std::uint8_t { unknown, same, opposite, unrelated };
+enum class Match : std::uint8_t { unknown, same, opposite, unrelated };
 
 struct Comparison {
-  Verdict verdict = Verdict::unknown;
+  Match verdict = Match::unknown;
   double ratio = 1.0;  ///< `turned` / pieces, if they agree
   double lag = 0.0;    ///< delay of `turned` [s]; 0 if unknown
 };
@@ -95,11 +95,10 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   // The opposite sign must fit better than any delay.
   if (turns.lowest < -clearly_related && turns.highest < related && late.highest < -turns.lowest &&
       (!is_varying || variations.lowest < -clearly_related))
-    return {Verdict::opposite};
-  if (is_varying && variations.highest < related) return {Verdict::unrelated};
+    return {Match::opposite};
+  if (is_varying && variations.highest < related) return {Match::unrelated};
   if (!(turns.highest > clearly_related)) return {};
-  return {Verdict::same, ratio,
-          is_varying && variations.highest > clearly_related ? best_lag : 0.0};
+  return {Match::same, ratio, is_varying && variations.highest > clearly_related ? best_lag : 0.0};
 }
 
 std::vector<Piece> pieces_of(const Resampled& turned) {
@@ -244,7 +243,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                  key_of(sensor));
   };
   if (poses.empty()) {
-    if (gyro_to_steering.verdict == Verdict::opposite)
+    if (gyro_to_steering.verdict == Match::opposite)
       return found(kind("wrong_sign"), name_of(Source::yaw_rate),
                    "turns the other way than wheels and steering",
                    key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
@@ -276,13 +275,13 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   }
   const double min_rms = std::max(min_turn, 4.0 * median_of(std::move(yaw_sigmas)));
   const Comparison gyro = compare(seen, turned, min_rms);
-  if (gyro.verdict == Verdict::opposite) {
-    if (gyro_to_steering.verdict == Verdict::same)
+  if (gyro.verdict == Match::opposite) {
+    if (gyro_to_steering.verdict == Match::same)
       return found(kind("camera_mirrored"), source,
                    "turns the other way than yaw_rate and steering: is its file from this drive?");
     return wrong_sign(Source::yaw_rate, poses_of);
   }
-  if (gyro.verdict == Verdict::unrelated) {
+  if (gyro.verdict == Match::unrelated) {
     if (options.unrelated == UnrelatedPoses::accept) return std::nullopt;
     return found(kind("camera_turns_unrelated"), source,
                  "its turns and those of yaw_rate have nothing in common");
@@ -292,7 +291,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                  "the times of its poses are " + fixed(std::fabs(gyro.lag), 1) +
                      (std::fabs(gyro.lag) < (max_lag - 0.5) * lag_step ? " s " : " s or more ") +
                      (gyro.lag < 0.0 ? "late" : "early") + " compared with yaw_rate");
-  if (gyro.verdict == Verdict::same && !scale_limits.hold(gyro.ratio))
+  if (gyro.verdict == Match::same && !scale_limits.hold(gyro.ratio))
     return found(kind("scale_off"), name_of(Source::yaw_rate),
                  "turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of,
                  key_of(Source::yaw_rate));
@@ -312,9 +311,8 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
 
   if (!steered) return std::nullopt;
   const Comparison steering = compare(seen, *steered, min_rms);
-  const bool by_gyro =
-      gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::opposite;
-  if (steering.verdict == Verdict::opposite || by_gyro)
+  const bool by_gyro = gyro.verdict == Match::same && gyro_to_steering.verdict == Match::opposite;
+  if (steering.verdict == Match::opposite || by_gyro)
     return wrong_sign(Source::steering, poses_of + " and yaw_rate");
   return std::nullopt;
 }

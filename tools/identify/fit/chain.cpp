@@ -11,7 +11,7 @@ namespace {
 
 namespace st = car_model;
 
-PoseSample pose_near(const Drive& drive, double t) {
+PoseSample pose_near(const FitDrive& drive, double t) {
   const auto after = std::ranges::lower_bound(drive.poses, t, {}, &PoseSample::t);
   if (after == drive.poses.begin()) return *after;
   if (after == drive.poses.end()) return drive.poses.back();
@@ -27,7 +27,7 @@ PoseSample pose_near(const Drive& drive, double t) {
 // Commands and their reports have different clocks, and servos move in steps: the uncertainty is
 // the change of the signal over this many of its cycles.
 constexpr double uncertain_cycles = 1.0;
-double steering_uncertainty(const Setup& setup, const Drive& drive, double begin) {
+double steering_uncertainty(const Setup& setup, const FitDrive& drive, double begin) {
   double sum = 0.0;
   int count = 0;
   for (double t = begin; t < begin + setup.window; t += 0.2 * setup.knot, ++count)
@@ -35,7 +35,7 @@ double steering_uncertainty(const Setup& setup, const Drive& drive, double begin
   return std::hypot(drive.steering_sigma, uncertain_cycles * std::sqrt(sum / count));
 }
 
-Chain chain_between(const Setup& setup, const Drive& drive, double begin, std::size_t count) {
+Chain chain_between(const Setup& setup, const FitDrive& drive, double begin, std::size_t count) {
   Chain chain;
   const estimator::Vehicle& car = setup.config->vehicle;
   const double sense = car.mass / car.wheelbase();
@@ -73,7 +73,7 @@ Chain chain_between(const Setup& setup, const Drive& drive, double begin, std::s
   return chain;
 }
 
-bool is_fast(const Setup& setup, const Drive& drive, double begin) {
+bool is_fast(const Setup& setup, const FitDrive& drive, double begin) {
   for (std::size_t k = 0; k <= setup.knots(); ++k)
     if (std::fabs(drive.speed.at(begin + static_cast<double>(k) * setup.knot)) < setup.slow)
       return false;
@@ -82,7 +82,7 @@ bool is_fast(const Setup& setup, const Drive& drive, double begin) {
 
 }  // namespace
 
-std::vector<Chain> chains_of(const Setup& setup, const Drive& drive) {
+std::vector<Chain> chains_of(const Setup& setup, const FitDrive& drive) {
   std::vector<Chain> chains;
   const auto count = static_cast<std::size_t>((drive.end - drive.begin) / setup.window);
   const auto begin_of = [&](std::size_t k) {
@@ -98,7 +98,7 @@ std::vector<Chain> chains_of(const Setup& setup, const Drive& drive) {
 }
 
 void assign_samples(const Numbers<double>& p, const Setup& setup, Chain& chain) {
-  const Drive& drive = *chain.windows.front().drive;
+  const FitDrive& drive = *chain.windows.front().drive;
   for (Window& window : chain.windows) {
     window.samples.clear();
     window.poses.clear();
@@ -108,7 +108,7 @@ void assign_samples(const Numbers<double>& p, const Setup& setup, Chain& chain) 
     if (!(place >= 0.0) || place >= static_cast<double>(chain.windows.size())) return nullptr;
     return &chain.windows[static_cast<std::size_t>(place)];
   };
-  for (const Sample& sample : drive.samples)
+  for (const FitSample& sample : drive.samples)
     if (Window* window = window_at(sample.t - latency_of(setup, sample.source, p)))
       window->samples.push_back(sample);
   for (const PoseSample& pose : drive.poses)

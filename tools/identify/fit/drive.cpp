@@ -14,7 +14,7 @@ namespace {
 using estimator::Source;
 
 // Adds means over neighbouring samples, to limit the number of samples of a fast sensor.
-void add_means(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
+void add_means(std::vector<FitSample>& samples, const Series& series, Source source, double sigma,
                std::int64_t origin_ns, double spacing) {
   const auto time = [&](std::size_t i) {
     return 1e-9 * static_cast<double>(series.t_ns[i] - origin_ns);
@@ -71,8 +71,8 @@ double least_spacing(const daemon::Config& config) {
   return 0.02 * slowness(config) - 1e-3;
 }
 
-Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
-              std::span<const estimator::CameraPose> poses, const Part& part) {
+FitDrive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
+                 std::span<const estimator::CameraPose> poses, const Part& part) {
   const auto* const wheel =
       std::ranges::find_if(speed_sources, [&](Source s) { return log.has(s); });
   if (wheel == speed_sources.end()) refuse_without_speed(log);
@@ -81,7 +81,7 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   const Series& gear = log.of(Source::direction);
   const Series speed = with_direction(log.of(*wheel), gear);
 
-  Drive drive;
+  FitDrive drive;
   drive.name = std::move(name);
   drive.poses = in_order(poses, log.first_ns);
   if (drive.poses.size() < 20)
@@ -113,10 +113,10 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
     else if (is_inertial(source))
       add_source(source, log.of(source));
   }
-  std::erase_if(drive.samples, [&](const Sample& sample) {
+  std::erase_if(drive.samples, [&](const FitSample& sample) {
     return sample.t < drive.begin || sample.t > drive.end;
   });
-  std::ranges::sort(drive.samples, {}, &Sample::t);
+  std::ranges::sort(drive.samples, {}, &FitSample::t);
 
   drive.steering_cycle = steering.cycle();
   drive.steering_sigma = std::max(5e-4, sigma_of(Source::steering));

@@ -61,8 +61,9 @@ struct Builder {
     if (sigma[k] < reported_below * settings.prior_sigma[k]) return "";
     const ParameterInfo& info = parameter_table()[k];
     const auto two_sigma = [&info](double one) {
-      return info.kind == Kind::factor ? fixed(200.0 * one, 1) + " %"
-                                       : fixed(2.0 * one, 4) + " " + std::string(info.unit);
+      return info.kind == ParameterKind::factor
+                 ? fixed(200.0 * one, 1) + " %"
+                 : fixed(2.0 * one, 4) + " " + std::string(info.unit);
     };
     std::string reason = "the drive adds little to what was known (2 sigma " + two_sigma(sigma[k]) +
                          ", before " + two_sigma(settings.prior_sigma[k]) + ")";
@@ -95,7 +96,8 @@ struct Builder {
   void add_value(Parameter k, const std::string& key) {
     const ParameterInfo& info = parameter_table()[k];
     const double value = value_of(info, nominal[k], result.p[k]);
-    add(k, meaning(k), key, {value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]});
+    add(k, meaning(k), key,
+        {value, info.kind == ParameterKind::factor ? value * sigma[k] : sigma[k]});
   }
 
   // measured = e^s true + b, so true = (measured - b) / e^s, in addition to the configured line.
@@ -255,11 +257,11 @@ nlohmann::ordered_json details_of(const Builder& b) {
 
 }  // namespace
 
-Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
+Findings findings_of(const daemon::Config& config, std::span<const FitDrive> drives,
                      const Settings& settings, const Result& result) {
   Findings findings{.method = "fit"};
   double seconds = 0.0;
-  for (const Drive& drive : drives) seconds += drive.end - drive.begin;
+  for (const FitDrive& drive : drives) seconds += drive.end - drive.begin;
   findings.origin = fixed(seconds, 0) + " s of drive";
 
   Numbers<double> sigma = result.sigma;

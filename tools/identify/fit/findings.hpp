@@ -12,7 +12,7 @@
 
 namespace odomd::tools::fitting {
 
-[[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
+[[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const FitDrive> drives,
                                    const Settings& settings, const Result& result);
 
 // Model errors of the fit, as uncertainties of its parameters.

@@ -91,10 +91,10 @@ std::vector<estimator::CameraPose> poses_of(const Trajectory& reference, double 
 }
 
 // One bias for all drives: the mean over the drives with a standstill.
-std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
+std::optional<Measured> at_rest(std::span<const fitting::FitDrive> drives) {
   std::vector<double> values;
   double sigma = std::numeric_limits<double>::infinity();
-  for (const fitting::Drive& drive : drives) {
+  for (const fitting::FitDrive& drive : drives) {
     if (!drive.rest) continue;
     values.push_back(drive.rest->value);
     sigma = std::min(sigma, drive.rest->sigma);
@@ -123,7 +123,7 @@ tools::Drive read(const FitOptions& options, const std::string& folder) {
 void fit(const FitOptions& options) {
   check(options);
   check(options.delivery);
-  std::vector<fitting::Drive> drives;
+  std::vector<fitting::FitDrive> drives;
   std::vector<tools::Drive> trials;
   std::optional<daemon::Config> config;  // of all drives
   diagnostics::Diagnostics warnings;

@@ -46,7 +46,7 @@ void describe_fit(Command command, FitOptions& options) {
   add_strict(command, options.damage);
   std::string names;
   for (const fitting::ParameterInfo& info : fitting::parameter_table()) {
-    const bool relative = info.kind == fitting::Kind::factor;
+    const bool relative = info.kind == fitting::ParameterKind::factor;
     const std::string unit = info.unit.empty() ? "" : fmt::format(" [{}]", info.unit);
     names += fmt::format("\n  {:<23} {} {}{}", info.name, relative ? '*' : ' ', info.meaning, unit);
   }

@@ -16,7 +16,7 @@
 namespace odomd::tools::fitting {
 namespace {
 
-using enum Kind;
+using enum ParameterKind;
 
 constexpr std::array<ParameterInfo, parameters> table{{
 #define ODOMD_FIT(name, ...) {name, #name, __VA_ARGS__},

@@ -38,7 +38,7 @@ static_assert(wheel_scale(estimator::wheel_sources.back()) + 1 == wheel_slip);
   return is_front(wheel) ? wheel_latency_front : wheel_latency_rear;
 }
 
-enum class Kind : std::uint8_t {
+enum class ParameterKind : std::uint8_t {
   factor,  ///< configured · e^p
   shift    ///< configured + p
 };
@@ -46,7 +46,7 @@ enum class Kind : std::uint8_t {
 struct ParameterInfo {
   Parameter parameter{};
   std::string_view name;  ///< as in --fix, --free and --prior
-  Kind kind{};
+  ParameterKind kind{};
   std::string_view unit;
   std::string_view meaning;
   // Standard deviations of p; for positions in wheelbases.

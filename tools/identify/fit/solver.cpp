@@ -145,7 +145,8 @@ Built build(const Setup& setup, const Settings& settings, const Numbers<double>&
                                   built.p.data());
   // Samples are assigned to windows with the present latencies, so these change little per pass.
   for (std::size_t i = 0; i < free.size(); ++i)
-    if (parameter_table()[free[i]].unit == "s" && parameter_table()[free[i]].kind == Kind::shift) {
+    if (parameter_table()[free[i]].unit == "s" &&
+        parameter_table()[free[i]].kind == ParameterKind::shift) {
       built.problem->SetParameterLowerBound(built.p.data(), static_cast<int>(i),
                                             built.p[i] - latency_stride);
       built.problem->SetParameterUpperBound(built.p.data(), static_cast<int>(i),
@@ -248,7 +249,7 @@ double latency_change(const Numbers<double>& before, const Numbers<double>& afte
 
 }  // namespace
 
-Result solve(const daemon::Config& config, std::span<const Drive> drives,
+Result solve(const daemon::Config& config, std::span<const FitDrive> drives,
              const Settings& settings) {
   const estimator::Vehicle& car = config.vehicle;
   Setup setup;
@@ -259,14 +260,14 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   const double fine = setup.step * slowness(config);
   setup.knot *= slowness(config);
   // With knots finer than the sensors' cycles, the motion between two samples would be arbitrary.
-  for (const Drive& drive : drives)
+  for (const FitDrive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = setup.knot * std::max(2.0, std::round(settings.window / setup.knot));
   // Speeds, like times, scale with the square root of the car's size (Froude number).
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
   std::vector<Chain> chains;
-  for (const Drive& drive : drives) {
+  for (const FitDrive& drive : drives) {
     std::vector<Chain> parts = chains_of(setup, drive);
     if (parts.empty())
       refuse("{}: nowhere faster than {} m/s for {} s: nothing can be determined", drive.name,

@@ -32,7 +32,7 @@ struct Chain {
 
 /// The parts of a drive that are fast enough to show the tyres, with at least two windows each.
 /// Initial nodes come from the poses, the wheels' speed, the gyro, and the corresponding slip.
-[[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive);
+[[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const FitDrive& drive);
 
 /// Assigns each sample to the window of its time, corrected by the present latencies.
 void assign_samples(const Numbers<double>& p, const Setup& setup, Chain& chain);
@@ -103,7 +103,7 @@ struct Result {
 
 /// Throws std::invalid_argument for a drive that determines nothing and if no parameter is free,
 /// std::runtime_error if the solver fails.
-[[nodiscard]] Result solve(const daemon::Config& config, std::span<const Drive> drives,
+[[nodiscard]] Result solve(const daemon::Config& config, std::span<const FitDrive> drives,
                            const Settings& settings);
 
 }  // namespace odomd::tools::fitting

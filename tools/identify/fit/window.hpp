@@ -42,10 +42,10 @@ struct Setup {
 };
 
 struct Window {
-  const Drive* drive = nullptr;
+  const FitDrive* drive = nullptr;
   double begin = 0.0;
   double steering_sigma = 1e-3;  ///< difference of signal and wheel angle at one time [rad]
-  std::vector<Sample> samples;
+  std::vector<FitSample> samples;
   std::vector<PoseSample> poses;
 };
 
@@ -295,7 +295,7 @@ T rolled(const Setup& setup, const car_model::Car<T>& car, estimator::Source sou
 
 /// The predicted measurement of a source.
 template <class T>
-T expected(const Setup& setup, const car_model::Car<T>& car, const Sample& sample,
+T expected(const Setup& setup, const car_model::Car<T>& car, const FitSample& sample,
            const Instant<T>& now, const Numbers<T>& p) {
   using estimator::Source;
   using std::exp;
@@ -326,7 +326,7 @@ template <class T, class Take>
 void for_each_residual(const Setup& setup, const Window& window, const Numbers<T>& p,
                        const Run<T>& run, Take&& take) {
   const car_model::Car<T> car = car_of(setup, p);
-  for (const Sample& sample : window.samples) {
+  for (const FitSample& sample : window.samples) {
     const T t = sample.t - latency_of(setup, sample.source, p);
     const T h = expected(setup, car, sample, instant(setup, window, run, t), p);
     take(estimator::index_of(sample.source), static_cast<T>(sample.value - h), sample.sigma);

@@ -24,14 +24,14 @@ double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-struct Sample {
+struct FilmSample {
   double speed = 0.0, yaw_rate = 0.0;
   double yaw_rate_noise = 0.0;
 };
-using Samples = std::vector<std::optional<Sample>>;
+using FilmSamples = std::vector<std::optional<FilmSample>>;
 
-Samples sample(const FilmMotion& motion) {
-  Samples samples;
+FilmSamples sample(const FilmMotion& motion) {
+  FilmSamples samples;
   for (std::int64_t t = motion.frames.front().t_ns; t <= motion.frames.back().t_ns; t += step_ns) {
     auto& taken = samples.emplace_back();
     const auto local = local_motion(motion, t, half_window_ns);
@@ -44,7 +44,7 @@ Samples sample(const FilmMotion& motion) {
   return samples;
 }
 
-struct Span {
+struct Extent {
   double low = 0.0, high = 0.0;
 
   void add(double value) {
@@ -63,11 +63,11 @@ struct SteadySamples {
   double turn = 0.0;  // [rad]
 };
 
-SteadySamples steady_from(const Samples& samples, std::size_t begin, std::size_t end) {
+SteadySamples steady_from(const FilmSamples& samples, std::size_t begin, std::size_t end) {
   SteadySamples steady{.begin = begin};
   if (!samples[begin]) return steady;
-  const Sample& first = *samples[begin];
-  Span speed{first.speed, first.speed}, yaw_rate{first.yaw_rate, first.yaw_rate};
+  const FilmSample& first = *samples[begin];
+  Extent speed{first.speed, first.speed}, yaw_rate{first.yaw_rate, first.yaw_rate};
   for (std::size_t k = begin; k < end && samples[k]; ++k) {
     speed.add(samples[k]->speed);
     yaw_rate.add(samples[k]->yaw_rate);
@@ -80,7 +80,7 @@ SteadySamples steady_from(const Samples& samples, std::size_t begin, std::size_t
 }
 
 // Finds the steady samples that turn most, then those before and after them.
-void find_steady(const Samples& samples, std::size_t begin, std::size_t end,
+void find_steady(const FilmSamples& samples, std::size_t begin, std::size_t end,
                  std::vector<SteadySamples>& found) {
   SteadySamples best{.begin = begin};
   for (std::size_t k = begin; k < end; ++k)
@@ -98,7 +98,7 @@ struct Stretch {
 
 // The steady stretches without their ends, where the car settles.
 std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
-  const Samples samples = sample(motion);
+  const FilmSamples samples = sample(motion);
   std::vector<SteadySamples> found;
   find_steady(samples, 0, samples.size(), found);
   const auto time_of = [&motion](std::size_t k) {

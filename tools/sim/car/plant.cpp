@@ -89,7 +89,7 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
   d[drive] = (input.force - s[drive]) / p.drive_lag;
 
   BodyAcceleration body;
-  if (motion_ == Motion::rolling) {
+  if (motion_ == Movement::rolling) {
     const GroundForces force = wheel_forces(s, d);
     body = sprung ? body_acceleration(p.suspension, p.mass, attitude(s), road_, force.x, force.y)
                   : BodyAcceleration{.x = force.x / p.mass, .y = force.y / p.mass};
@@ -156,16 +156,16 @@ void Plant::come_to_rest_or_go() {
   const PlantParameters& p = parameters_;
   const bool driven = std::abs(state_[drive]) > breakaway_force();
   if (driven) {
-    motion_ = Motion::rolling;
+    motion_ = Movement::rolling;
     return;
   }
-  if (motion_ == Motion::resting) return;
+  if (motion_ == Movement::resting) return;
   double fastest = std::max({std::abs(state_[vel_x]), std::abs(state_[vel_y]),
                              std::abs(state_[rate]) * (p.front_axle + p.rear_axle)});
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
     fastest = std::max(fastest, std::abs(p.wheel_radius[wheel] * state_[at(wheel, spin)]));
   if (fastest > p.rest_speed) return;
-  motion_ = Motion::resting;
+  motion_ = Movement::resting;
   state_[vel_x] = state_[vel_y] = state_[rate] = 0.0;
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
     state_[at(wheel, spin)] = state_[at(wheel, bend_x)] = state_[at(wheel, bend_y)] = 0.0;
@@ -203,7 +203,7 @@ void Plant::write_output(const PlantInput& input) {
 }
 
 void Plant::set_speed(double v_x) {
-  motion_ = Motion::rolling;
+  motion_ = Movement::rolling;
   state_[vel_x] = v_x;
   for (std::size_t wheel = 0; wheel < wheel_count; ++wheel)
     state_[at(wheel, spin)] = v_x / parameters_.wheel_radius[wheel];

@@ -137,7 +137,7 @@ struct PlantInput {
   RoadTilt road;          ///< for a car with a suspension
 };
 
-enum class Motion : std::uint8_t { rolling, resting };
+enum class Movement : std::uint8_t { rolling, resting };
 
 class Plant {
  public:
@@ -148,7 +148,7 @@ class Plant {
   void step(const PlantInput& input, double dt);
 
   [[nodiscard]] const PlantOutput& output() const { return output_; }
-  [[nodiscard]] Motion motion() const { return motion_; }
+  [[nodiscard]] Movement motion() const { return motion_; }
 
   /// Vertical load of each wheel [N].
   [[nodiscard]] std::array<double, wheel_count> loads() const { return loads(state_); }
@@ -210,7 +210,7 @@ class Plant {
   State state_{};
   RoadTilt road_;
   std::deque<double> commands_;  // steering commands, one per step, that are still delayed
-  Motion motion_ = Motion::resting;
+  Movement motion_ = Movement::resting;
   PlantOutput output_;
 };
 

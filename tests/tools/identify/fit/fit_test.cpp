@@ -164,7 +164,7 @@ TEST(Fit, WarnsOfLatePosesIfASensorIsEarlierThanThem) {
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveFromItsOwnModel) {
   const Recorded drive = recorded(config);
-  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  const std::vector<FitDrive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
   for (const Parameter k : {gyro_scale, gyro_bias, wheel_scale_rear, steering_offset})
     settings.free[k] = true;
@@ -190,7 +190,7 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveFromItsOwnModel) {
 
 TEST(Fit, RefusesAFitWithoutParametersOrWindows) {
   const Recorded drive = recorded(config);
-  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  const std::vector<FitDrive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
   EXPECT_THAT(message_of([&] { (void)solve(config, drives, settings); }), HasSubstr("--fix"));
   settings.free[gyro_scale] = true;
@@ -210,7 +210,7 @@ TEST(Fit, FollowsTyresThatSettleWithinAStep) {
                        .cornering_stiffness_rear = 120000.0,
                        .track_width = 1.35};
   const Recorded drive = recorded(full_size, {.speed = 60.0, .steering = 0.01});
-  const std::vector<Drive> drives{prepare("straight", full_size, drive.log, drive.poses)};
+  const std::vector<FitDrive> drives{prepare("straight", full_size, drive.log, drive.poses)};
   Settings settings;
   settings.free[gyro_scale] = true;
   settings.prior_sigma = sigmas_of(&ParameterInfo::prior, full_size.vehicle.wheelbase());

@@ -129,7 +129,7 @@ TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
 TEST(Plant, StaysExactlyWhereItStands) {
   Plant plant(reference_car(), 1.0, 2.0, 0.3);
   drive(plant, {.steering = 0.3}, 2.0);
-  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.motion(), Movement::resting);
   EXPECT_EQ(plant.output().x, 1.0);
   EXPECT_EQ(plant.output().y, 2.0);
   EXPECT_EQ(plant.output().yaw, 0.3);
@@ -143,12 +143,12 @@ TEST(Plant, CoastsToAnExactStopWithoutGainingEnergy) {
   Plant plant = steady(car, 1.0, 0.2, 1.0);
   // Skips the drive's lag; the tolerance below allows for energy from the tyres' springs.
   drive(plant, {.steering = 0.2}, 0.2);
-  for (int k = 0; k < 60'000 && plant.motion() == Motion::rolling; ++k) {
+  for (int k = 0; k < 60'000 && plant.motion() == Movement::rolling; ++k) {
     const double before = kinetic_energy(car, plant.output());
     plant.step({.steering = 0.2}, dt);
     EXPECT_LE(kinetic_energy(car, plant.output()), before + 1e-6);
   }
-  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.motion(), Movement::resting);
   EXPECT_EQ(plant.output().v_x, 0.0);
   EXPECT_EQ(plant.output().yaw_rate, 0.0);
 }
@@ -161,7 +161,7 @@ TEST(Plant, StopsWithoutRollingBack) {
     plant.step({.force = -4.0 * car.mass * plant.output().v_x}, dt);
     lowest = std::min(lowest, plant.output().v_x);
   }
-  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.motion(), Movement::resting);
   EXPECT_GT(lowest, -0.005);
 }
 
