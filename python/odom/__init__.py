@@ -10,7 +10,7 @@
             except odom.OdomError:  # no daemon: stop the car; the client re-attaches by itself
                 continue
             ahead = odom.predict(pose, pose.time_ns + 20_000_000)  # when the steering will have moved
-            if pose.mode != odom.Mode.FAULT and ahead.position_sigma <= 0.3:  # m: the lane
+            if pose.mode != odom.Mode.FAULT and ahead.position_sigma <= 0.3:  # m
                 ...
 
 This module wraps the C library libodom with ctypes and uses its names; for the details see
