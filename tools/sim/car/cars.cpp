@@ -13,8 +13,8 @@ namespace {
 
 // Units of the published data: pounds (force), feet, slugs.
 constexpr double foot = 0.3048;          // m
-constexpr double slug = 14.593903;       // kg; also N/m of a lb/ft, N s/m of a lb s/ft
-constexpr double foot_pound = 1.355818;  // N m; also kg m² of a slug ft²
+constexpr double slug = 14.593903;       // kg; also converts lb/ft to N/m, lb s/ft to N s/m
+constexpr double foot_pound = 1.355818;  // N m; also converts slug ft² to kg m²
 
 // Published data of the cars, in the printed units. All numbers: M. Althoff and G. Würsching,
 // "CommonRoad: Vehicle Models", TUM, parameter sets 1 to 3. Except for the tyre radius, the wheels'
