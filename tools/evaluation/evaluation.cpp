@@ -20,8 +20,8 @@ constexpr double fastest_car = kind("reference_jumps").limits.most;
 constexpr double standing = 0.1;  // m: a reference that stays within this distance shows only
                                   // noise, as no car turns so tightly
 
-// The reference's rows between two times, and its interpolated ends. Only one row per tenth of a
-// second of a camera reference, as its noise would lengthen the path.
+// The reference's rows between two times, and its interpolated ends. A camera reference gives one
+// row per tenth of a second, as its noise would lengthen the path.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};

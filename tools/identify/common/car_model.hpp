@@ -1,5 +1,5 @@
 // The car as `odom identify` fits it to a drive: a single-track model in continuous time with
-// separate wheels and effects that the filters' model leaves out, because fitted parameters would
+// separate wheels. It has effects that the filters' model leaves out, as fitted parameters would
 // otherwise absorb them: tyres that saturate, have a relaxation length, and change their load when
 // the car turns, accelerates or brakes; wheels with rolling resistance and spin inertia.
 //

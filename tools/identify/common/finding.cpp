@@ -70,7 +70,7 @@ bool are_different_quantities(const ConfigValue& before, const ConfigValue& valu
   return value.key == "vehicle.yaw_inertia" && is_fitted(before) != is_fitted(value);
 }
 
-// Whether `before` is clearly more precise, not only by chance between two runs of an experiment.
+// Whether `before` is more precise by more than chance between two runs of an experiment.
 bool is_more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);

@@ -50,8 +50,8 @@ YawRates yaw_rates_of(const FilmMotion& motion) {
   return rates;
 }
 
-// The slope of a line through ψ over ±h weighs the rates with a parabola, as wide as the weights of
-// a mean over ±h √(3/5).
+// The slope of a line through ψ over ±h weights the rates with a parabola, whose standard deviation
+// is that of a mean over ±h √(3/5).
 YawRates yaw_rates_of(const Series& gyro) {
   YawRates rates{gyro.t_ns.front(), {}};
   const auto half_ns =

@@ -163,8 +163,8 @@ PlantParameters usual_parameters(CarKind car) {
 // without it the car is neutral to loose). It is not in the tyre data, so not in the configuration.
 constexpr double front_compliance = 0.85;
 
-// The difference from the published mass is sprung mass. Dampers grow with the root of the
-// stiffness, which keeps the damping ratio.
+// All of `load` is sprung mass. Damping grows with the square root of the stiffness, so that the
+// damping ratio stays.
 Suspension true_suspension(Suspension s, double load, double stiffness) {
   s.sprung_mass += load;
   s.roll_stiffness_front *= stiffness;
