@@ -49,7 +49,7 @@ std::vector<Tick> decades(const Range& range, double count) {
   if (take(fine, 1)) {
     constexpr std::size_t least = 3;  // with fewer the scale cannot be read
     if (result.size() >= least) return result;
-    // Within a decade, use even steps with room for the labels at the upper end, where it is least.
+    // Within a decade, use even steps; labels have the least room at the upper end.
     const double closest = range.high * (1.0 - std::pow(range.low / range.high, 1.0 / count));
     auto even = multiples(range, round_step(closest, 1.0));
     return even.size() > result.size() ? even : result;
@@ -65,7 +65,7 @@ constexpr double row_height = 42.0;
 }  // namespace
 
 double Scale::operator()(double value) const {
-  constexpr double farthest = 50.0;  // axis lengths: keeps runaways within what renderers accept
+  constexpr double farthest = 50.0;  // axis lengths: limits far points to what renderers accept
   double share = 0.0;
   if (scaling == Scaling::logarithmic) {
     share = std::log(std::max(value, 1e-300) / range.low) / std::log(range.high / range.low);

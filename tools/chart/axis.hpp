@@ -20,14 +20,14 @@ struct Range {
   void take(double value) { *this = {std::min(low, value), std::max(high, value)}; }
 };
 
-/// An axis between two positions in the picture (user units; `from` is that of the low end).
+/// An axis between two positions in the picture (user units; the low end is at `from`).
 struct Scale {
   Range range;
   Scaling scaling = Scaling::linear;
   double from = 0.0;
   double to = 1.0;
 
-  /// Values without a logarithm, and far values, are placed up to 50 axis lengths outside.
+  /// Values far outside, or without a logarithm, are placed at most 50 axis lengths outside.
   [[nodiscard]] double operator()(double value) const;
 };
 
@@ -68,7 +68,7 @@ struct LegendEntry {
   std::string note;   ///< after the label, lighter
 };
 
-// Marks of a line, a dot, and an area.
+// Legend marks for a line, a dot and an area.
 [[nodiscard]] std::string line_mark(const std::string& colour, double stroke);
 [[nodiscard]] std::string dot_mark(const std::string& colour);
 [[nodiscard]] std::string area_mark(const std::string& colour);

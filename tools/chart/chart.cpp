@@ -16,7 +16,7 @@ namespace {
 
 using svg::px;
 
-constexpr std::size_t columns = 480;  // per thinned-out curve
+constexpr std::size_t columns = 480;  // of a thinned-out curve
 
 // The smallest and the largest finite value (and, for a logarithmic axis, positive value).
 class Extent {
@@ -104,7 +104,7 @@ std::string path_of(const std::vector<Point>& points, const Scale& x, const Scal
   return data;
 }
 
-// Many dots as one path: round ends of lines of zero length.
+// Many dots as one path: lines of zero length with round ends.
 std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scale& y,
                     const std::string& colour, double size) {
   std::string data;

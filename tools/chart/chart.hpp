@@ -75,8 +75,8 @@ struct Chart {
 };
 
 /// Draws as many points as are visible. Bands extend the range of y only near the curves. A map
-/// shows the first line and what is near it: a line that leaves is cut at the border, with a note
-/// in the legend. Its lines end in a disc, and the first begins with a ring.
+/// shows the first line and what is near it: lines that leave the map are cut at its border, with a
+/// note in the legend. Lines of a map end in a disc; the first begins with a ring.
 [[nodiscard]] Drawing draw(const Chart& chart);
 
 }  // namespace odomd::tools::chart

@@ -23,8 +23,8 @@ bool is_gap(const BandPoint& p) {
   return !std::isfinite(p.low) || !std::isfinite(p.high);
 }
 
-// Keeps the lowest and the highest point of a column, and `each` − 2 others, spread evenly; or, if
-// `each` is 0, the first and the last in place of the others.
+// Keeps a column's lowest and highest point, and `each` − 2 others, spread evenly. If `each` is 0,
+// the first and the last point replace the others.
 void keep(std::span<const Point> points, std::size_t each, std::vector<Point>& kept) {
   const auto lower = [](const Point& a, const Point& b) { return a.y < b.y; };
   const auto [low, high] = std::minmax_element(points.begin(), points.end(), lower);

@@ -22,8 +22,8 @@ struct BandPoint {
 };
 
 /// Divides the range of x into columns, and keeps the first, lowest, highest and last point of
-/// each, in their order. x must not decrease. Points that are not finite are gaps; one of
-/// successive gaps stays. Of the points outside the range only those next to it stay.
+/// each, in their order. x must not decrease. Points that are not finite are gaps; successive gaps
+/// become one. Outside the range, only the points next to it are kept.
 [[nodiscard]] std::vector<Point> decimated(std::span<const Point> points, const Scale& x,
                                            std::size_t columns);
 

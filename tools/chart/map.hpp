@@ -17,7 +17,7 @@ struct View {
   [[nodiscard]] bool holds(const Point& p) const { return x.holds(p.x) && y.holds(p.y); }
 };
 
-/// The first line with a margin, and the parts of the others within half its size around it.
+/// Shows the first line, and other lines within half its size around it, with a margin.
 [[nodiscard]] View view_of(const Chart& map);
 
 /// A plot's axes.
@@ -36,7 +36,7 @@ struct Axes {
 [[nodiscard]] std::vector<Point> spaced(std::span<const Point> points, const Axes& axes,
                                         double distance);
 
-/// Empty if it is too small to see, or would fill the picture.
+/// Empty if the ellipse is too small to see, or would fill the picture.
 [[nodiscard]] std::string draw_ellipse(const Ellipse& ellipse, const Axes& axes);
 
 /// The end of every line, and the start of the first.

@@ -124,7 +124,7 @@ std::string px(double value) {
 }
 
 std::string escaped(const std::string& text) {
-  // Writing and reading JSON replaces bytes that are not UTF-8.
+  // A round trip through JSON replaces bytes that are not UTF-8.
   constexpr std::string_view markup = "&<>\"";
   constexpr std::array entities{"&amp;", "&lt;", "&gt;", "&quot;"};
   std::string out;

@@ -1,6 +1,6 @@
-// The style of all pictures, and SVG documents of drawings below each other, for a page or a file.
-// Sizes are user units of a canvas that is 1000 wide, so that text is legible on a phone and in
-// print. The colours (Okabe and Ito) remain distinct to colour-blind readers and in grey print.
+// The style of all pictures, and SVG documents (for a page or a file) that stack drawings. Sizes
+// are user units of a canvas that is 1000 wide, so that text is legible on a phone and in print.
+// The colours (Okabe and Ito) remain distinct to colour-blind readers and in grey print.
 #pragma once
 
 #include <array>

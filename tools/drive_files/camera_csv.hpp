@@ -38,7 +38,7 @@ struct CameraLog {
 /// The warning about a log without a single pose.
 [[nodiscard]] diagnostics::Diagnostic no_camera_pose(const std::filesystem::path& file);
 
-/// A reader for the camera's columns. next_camera_pose() reads its next row; empty at the end.
+/// A reader for the camera's columns. next_camera_pose() reads a row; returns nothing at the end.
 [[nodiscard]] CsvReader camera_reader(std::istream& input, const std::string& name);
 [[nodiscard]] std::optional<estimator::CameraPose> next_camera_pose(CsvReader& reader);
 

@@ -1,5 +1,5 @@
-// The numbers of a pose, in pose files of odom replay and odom record (one row per tick), and under
-// one name each in all outputs to plotting tools, live or recorded.
+// The numbers of a pose: columns of pose files from odom replay and odom record (one row per tick),
+// and fields with the same names in all outputs to plotting tools, live or recorded.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ namespace odomd::tools {
 /// Appends one row with its newline. `t_ns` is the time of validity on the clock of the file.
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns);
 
-/// The same with the calibrations and then their standard deviations (sigma_gyro_bias, ...; 0: not
-/// estimated) as further columns, for callers with the complete record of every tick.
+/// Like pose_header() and append_pose_row(), with further columns from the tick's complete record:
+/// the calibrations, then their standard deviations (sigma_gyro_bias, ...; 0: not estimated).
 [[nodiscard]] std::string record_header();
 void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns);
 
@@ -43,8 +43,8 @@ struct PoseField {
 /// The field `mode`, an odom_mode; a pose file contains its name.
 inline constexpr std::string_view mode_path = "mode";
 
-/// Sets the field's member, in the object of its group if its path has two parts; with the mode
-/// also `mode_name`. JSON has null for a number that is not finite.
+/// Sets the field's member; if its path has two parts, in the group's object. For the mode, also
+/// sets `mode_name`. A number that is not finite becomes null.
 void set_field(nlohmann::ordered_json& object, const PoseField& field, double value);
 
 }  // namespace odomd::tools

@@ -96,8 +96,8 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, RecordingStart st
 }
 
 void RecordingFolder::begin(const daemon::TickMark& mark) {
-  // The recording's clock shows the date, does not step, and has its ticks on multiples of the
-  // period, like a replay of can.log alone.
+  // The recording's clock shows the date and does not step. Its ticks are at multiples of the
+  // period, as in a replay of can.log alone.
   const auto period = start_.hello.at("period_ns").get<std::int64_t>();
   const std::int64_t offset = std::max<std::int64_t>(mark.realtime_offset_ns, 0);
   clock_offset_ns_ = offset - offset % period;

@@ -71,8 +71,8 @@ class RecordingFolder {
   void take(const daemon::TickMark& mark, std::span<const can::Frame> frames,
             std::span<const estimator::CameraPose> cameras);
 
-  /// Writes everything to the disk, the ticks after their inputs, so that the ticks on the disk are
-  /// complete even if the machine fails.
+  /// Writes everything to the disk, the ticks after their inputs, so that every tick on the disk
+  /// has its inputs, even if the machine fails.
   void flush();
 
   /// Ends the recording; `why` is written to info.json.

@@ -20,7 +20,7 @@
 
 namespace odomd::tools {
 
-/// An enumerator, written as its name; `otherwise` ends the error about an unknown word.
+/// An enumerator, written as its name. The error about an unknown word ends with `otherwise`.
 template <typename T, typename Names>
 struct Word {
   T& value;

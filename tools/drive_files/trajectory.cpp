@@ -34,7 +34,7 @@ void square(double& value, const CsvReader& reader, std::size_t column) {
   value *= value;
 }
 
-// The same angle, less than half a turn from the previous one.
+// The angle plus whole turns, so that it is within half a turn of `before`.
 double unwrapped(double angle, double before) {
   return before + std::remainder(angle - before, 2.0 * std::numbers::pi);
 }

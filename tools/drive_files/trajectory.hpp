@@ -49,7 +49,7 @@ struct Trajectory {
   diagnostics::Diagnostics warnings;
 };
 
-/// The pose of a pose file to read.
+/// Which of the poses in a pose file to read.
 enum class Frame : std::uint8_t {
   map,   ///< x, y, yaw: jumps when a filter uses a camera pose or is reset
   odom,  ///< odom_x, odom_y, odom_yaw: without jumps and without covariance

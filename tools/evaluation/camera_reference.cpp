@@ -179,10 +179,10 @@ Variances variances_of(const std::vector<Window>& windows) {
   return all;
 }
 
-/// The car's pose: the lines at zero lag, their slopes weighted by the size of the speed errors.
+/// The car's pose: the lines at zero lag. Their slopes have less weight if speed errors are small.
 TrajectoryPoint carried_back(const Window& window, const Variances& variances) {
   // Noise is removed later, but a speed error that a filter shares would add to the filter's own
-  // error: so slopes are weighted as if speed errors were twice as large.
+  // error. Therefore slopes are weighted as if speed errors were twice as large.
   const double weight = 4.0 * variances.speed * window.lags;
   const double believed = weight > 0.0 ? weight / (weight + variances.pose) : 0.0;
   const auto at_no_lag = [&](const Line& line) {

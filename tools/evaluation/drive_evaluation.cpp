@@ -49,7 +49,7 @@ ReplayedDrive replay_with(const Drive& drive, const daemon::Config& config, Fram
   result.summary.unmapped = drive.unmapped.size();
   result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    // The last warning says why there is no pose; if the database is another car's, the first.
+    // The first warning is the cause if the database is another car's, otherwise the last.
     const auto& first = result.warnings.front();
     const bool is_cause = first.kind == &kind("other_database");
     throw NoPose(drive.folder.string() + ": " + text_of(is_cause ? first : result.warnings.back()),

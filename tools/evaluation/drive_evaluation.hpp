@@ -45,7 +45,7 @@ struct NoPose : std::invalid_argument {
 
 /// `config` is the drive's own or a changed copy (model, vehicle, noise, signals, initial pose,
 /// ...); buses and databases are the drive's. The same inputs give the same bits, also in `odom
-/// replay`. Throws std::invalid_argument for impossible settings, NoPose without a pose.
+/// replay`. Throws std::invalid_argument for impossible settings, NoPose if there is no pose.
 [[nodiscard]] ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config,
                                          Frame frame = Frame::map,
                                          Judgements judgements = Judgements::forget);
@@ -54,8 +54,8 @@ struct NoPose : std::invalid_argument {
 [[nodiscard]] std::optional<double> nis_factor(const ReplaySummary& summary);
 
 /// The motion from the car's own sensors, through the full filter, in the odometry frame. With
-/// camera poses, the sensors' scales and offsets are learnt; without, it depends on the bus's clock
-/// alone. Nothing if that gives no pose.
+/// camera poses, the sensors' scales and offsets are learnt; without, the motion depends on the
+/// bus's clock alone. Nothing if the replay gives no pose.
 [[nodiscard]] std::optional<Trajectory> motion(const Drive& drive,
                                                std::span<const estimator::CameraPose> cameras = {});
 
@@ -69,7 +69,7 @@ struct NoPose : std::invalid_argument {
 /// camera's if that is not set.
 [[nodiscard]] estimator::Pose2 reference_arm(const daemon::Config& config);
 
-/// The drive's reference for the centre of gravity; a camera reference already is.
+/// The drive's reference, converted to the centre of gravity unless it is a camera reference.
 [[nodiscard]] Trajectory reference_of(
     const Drive& drive, const std::optional<estimator::Pose2>& lever_arm = std::nullopt);
 

@@ -87,7 +87,7 @@ void judge_by_start(EvaluatedDrive& drive, const Judging& judging) {
     for (Evaluation& e : drive.report.evaluations) e = without_errors(e);
 }
 
-// Moves the reference to the centre of gravity. `read` as for judge().
+// Moves the reference to the centre of gravity. For `read`, see judge().
 void remove_lever_arm(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   EvaluationReport& report = drive.report;
   if (drive.reference->is_camera && (judging.lever_arm || judging.fit_lever_arm))

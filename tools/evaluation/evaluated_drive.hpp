@@ -52,8 +52,8 @@ struct Judging {
   std::string to;    ///< a time in the same form; empty: to the end
   std::optional<estimator::Pose2> lever_arm;
   bool fit_lever_arm = false;
-  std::string baseline;  ///< short name; empty: kinematic, otherwise the first estimate; without
-                         ///< a steering signal inertial, otherwise the last estimate
+  std::string baseline;  ///< short name; empty: kinematic or else the first estimate; without a
+                         ///< steering signal, inertial or else the last estimate
   Judgements judgements = Judgements::forget;
   std::filesystem::path beat;  ///< a beat.csv; empty: the folder's, if there is one
 };

@@ -20,8 +20,8 @@ constexpr double fastest_car = kind("reference_jumps").limits.most;
 constexpr double standing = 0.1;  // m: a reference that stays within this distance shows only
                                   // noise, as no car turns so tightly
 
-// The reference's rows between two times, and its interpolated ends. Only one row per tenth of a
-// second of a camera reference, as its noise would lengthen the path.
+// The reference's rows between two times, and its interpolated ends. A camera reference gives one
+// row per tenth of a second, as its noise would lengthen the path.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
                                    std::int64_t last_ns) {
   std::vector<TrajectoryPoint> points{*at(reference, first_ns)};
@@ -78,7 +78,7 @@ estimator::BodyVelocity velocity_rms(std::span<const Pair> pairs) {
   return {vx.spread().rms, vy.spread().rms, yaw_rate.spread().rms};
 }
 
-// The camera's noise is independent of the errors that it judges: their squares add up.
+// The camera's noise is independent of the estimate's errors: their squares add up.
 void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
   double position = 0.0;
   double heading = 0.0;
@@ -87,7 +87,7 @@ void take_out_noise(std::span<const Pair> pairs, Evaluation& result) {
     position += (noise[0] + noise[3]) / static_cast<double>(pairs.size());
     heading += noise[5] / static_cast<double>(pairs.size());
   }
-  // The noise is known to a few per cent: an error of a fifth of it may remain undetected.
+  // The noise is known to a few per cent: errors below a fifth of the noise may be undetected.
   constexpr double least = 0.2;
   const auto without = [](double rms, double variance) {
     return std::sqrt(std::max(rms * rms - variance, least * least * variance));
@@ -146,7 +146,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   result.first_ns = pairs.front().estimate.t_ns;
   result.last_ns = pairs.back().estimate.t_ns;
   add_path(piece(reference, result.first_ns, result.last_ns), result);
-  if (reference.is_camera) result.reference_gap_ns = 0;  // not interpolated across
+  if (reference.is_camera) result.reference_gap_ns = 0;  // gaps are not interpolated
   result.reference_stuck_ns = stuck_ns(pairs);
   result.alignment = alignment(pairs, align);
 
@@ -175,7 +175,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
                                      static_cast<double>(inside_95) / count, consistency.count()};
   }
   result.horizons = horizon_errors(reference, estimate, pairs);
-  // Poses closer together than this may share camera poses: their distance is the odometry's.
+  // Within short horizons reference poses may share camera poses: odometry gives their distance.
   if (reference.is_camera)
     std::erase_if(result.horizons,
                   [&](const HorizonError& e) { return e.horizon_ns < 2 * reference.bridge_ns; });

@@ -118,7 +118,7 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
     if (e.reference_jumps > 0 && has_same_units[i])
       report(kind("reference_jumps"), "the reference jumps " + std::to_string(e.reference_jumps) +
                                           " times faster than any car (100 m/s)");
-    // An estimate from another program may move while the car stands.
+    // An estimate from another program may move while the car is stationary.
     if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere && has_same_units[i])
       report(kind("reference_stuck"), "the reference stays at one place for " +
                                           fixed(seconds(e.reference_stuck_ns), 1) +
@@ -171,7 +171,7 @@ std::optional<Diagnostic> check_times(const Trajectory& reference, const Drive& 
                   "their times " + look(of_reference->late_s) + " against the bus");
   }
   const std::string difference = by_how_much(*between, "rms between the two");
-  // The bus shows which is off, reference or camera; their difference is the more precise offset.
+  // The bus shows whether reference or camera is off; the offset between the two is more precise.
   if (of_camera && !of_reference)
     return report("camera.csv",
                   "its times " + look(-between->late_s) + " against the bus" + difference);

@@ -57,15 +57,15 @@ struct TimeOffset {
   double after = 0.0;   ///< rms error without the offset [m]
 };
 
-/// From position and heading over the whole drive, for an estimate that does not drift from the
-/// reference. Nothing if errors have other causes, or the offset is below 20 ms or above 0.23 s.
+/// Finds the offset from positions and headings of the whole drive, if the estimate does not drift.
+/// Nothing if errors have other causes, or the offset is below 20 ms or above 0.23 s.
 [[nodiscard]] std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
                                                             const Trajectory& estimate,
                                                             Align align);
 
-/// From displacement and yaw change over every second, for an estimate that may drift; `before` and
-/// `after` are errors over a second. A model that turns with the steering turns before the car
-/// does; this does not count as an offset.
+/// Finds the offset from displacement and yaw change over every second; the estimate may drift.
+/// `before` and `after` are errors over a second. Some models turn with the steering, before the
+/// car does; this does not count as an offset.
 [[nodiscard]] std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
                                                          const Trajectory& estimate);
 

@@ -159,7 +159,7 @@ constexpr std::array<Metric, 22> all_metrics{{
      [](E e, E) { return against_reference(e, degrees(e.heading.rms)); }},
     {"heading error max [deg]", 3, "largest magnitude of the heading error",
      [](E e, E) { return against_reference(e, degrees(e.heading.max)); }},
-    // The JSON also has their rms and maximum, and further horizons.
+    // For these errors the JSON also has rms and maximum, and further horizons.
     {"35 ms error mean [mm]", 3,
      "error of the displacement over seven ticks of 5 ms, in the body frame: what a controller "
      "sees between two commands",

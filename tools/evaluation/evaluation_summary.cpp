@@ -48,7 +48,7 @@ struct Figures {
   std::array<Value, columns.size()> values;
 };
 
-// Of the magnitudes of a column; nothing if one is missing.
+// The mean of a column's magnitudes; nothing if one is missing.
 Value mean(std::span<const Figures* const> rows, std::size_t column) {
   double sum = 0.0;
   for (const Figures* row : rows) {

@@ -9,9 +9,8 @@
 
 namespace odomd::tools {
 
-/// One row per drive and estimate. Several drives that all have the same estimates are followed by
-/// one row per estimate with the means. Empty columns are left out, and for a single drive the
-/// column of its name.
+/// One row per drive and estimate. If several drives have the same estimates, one row per estimate
+/// with the means follows. Leaves out empty columns, and drive names if there is one drive.
 [[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
 
 /// The definition of the metric with this label or this header; empty for other words.

@@ -198,7 +198,7 @@ std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const Pose2& ali
     e.error = {pose.x - truth.x, pose.y - truth.y, pose.yaw - truth.yaw - whole_turns};
     e.heading = truth.yaw;
     if (has_covariance) {
-      e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // the map is turned
+      e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // to the reference's axes
       for (std::size_t i = 0; i < e.covariance.size(); ++i)
         e.covariance[i] += pair.reference.covariance[i];
       e.nees = nees(e.covariance, e.error);

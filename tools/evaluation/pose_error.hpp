@@ -62,8 +62,8 @@ struct PoseError {
 };
 
 /// Whether the covariances of an estimate apply to its errors after the alignment. Align::first
-/// removes the uncertainty of the start: they apply only if its variances are at most 1 % of those
-/// at the end. After a fit to all positions they never apply.
+/// removes the uncertainty of the start: covariances apply only if the start's variances are at
+/// most 1 % of the end's. After a fit to all positions they never apply.
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
 /// Both headings are unwrapped. Whole turns between them are removed at the first time and whenever

@@ -88,7 +88,7 @@ std::vector<SignalSample> signals_of(const Drive& drive) {
   return signals;
 }
 
-// Not in the recording of a silent bus, nor in a folder of poses alone.
+// Neither the recording of a silent bus nor a folder with only poses has frames.
 bool has_frames(const fs::path& folder) {
   const auto log = log_in(folder);
   return log && !fs::is_empty(*log);

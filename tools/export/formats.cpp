@@ -115,7 +115,7 @@ class Topics {
     writer_.write("/odomd/pose", "odomd.Pose", t_ns, record);
   }
 
-  // The message is logged at the arrival; its timestamp is the capture.
+  // The message is logged at the time of arrival; its timestamp is the time of capture.
   void write_camera(std::int64_t t_ns, const estimator::CameraPose& pose) {
     const Json time = time_json(pose.capture_ns);
     writer_.write("/camera/pose", "foxglove.PoseInFrame", t_ns,

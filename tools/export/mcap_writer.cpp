@@ -51,7 +51,7 @@ void append(std::string& out, std::unsigned_integral auto value) {
     out += static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFFU);
 }
 
-/// A text or a map, after its length.
+/// Length, then the text or map.
 void append(std::string& out, std::string_view text) {
   append(out, size32(text.size()));
   out += text;
@@ -95,7 +95,7 @@ Json schema_of(const Json& value) {
 
 McapWriter::McapWriter(std::ostream& out, std::string_view library) : out_(out) {
   put(magic);
-  constexpr std::string_view no_profile;  // that of ROS implies ROS serialisation
+  constexpr std::string_view no_profile;  // a ROS profile implies ROS serialisation
   put(record(Opcode::header, bytes_of(no_profile, library)));
 }
 
@@ -212,7 +212,7 @@ void McapWriter::write_summary() {
 
   const std::uint64_t offsets_start = written_;
   put(offsets);
-  // The checksum covers the footer before the checksum.
+  // The checksum also covers the footer, up to the checksum itself.
   const std::string footer = record(Opcode::footer, bytes_of(summary_start, offsets_start, crc_));
   put(std::string_view(footer).substr(0, footer.size() - sizeof crc_));
   put(bytes_of(crc_));

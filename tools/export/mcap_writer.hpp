@@ -25,9 +25,9 @@ class McapWriter {
   /// `out` belongs to this object until finish(). `library` names the program that writes.
   McapWriter(std::ostream& out, std::string_view library);
 
-  /// `schema` is the name of the message's type; Foxglove recognises its own by their names
-  /// (https://docs.foxglove.dev/docs/sdk/schemas) and structures. The JSON schema follows from the
-  /// first message: all others of this schema must have the same members. Throws
+  /// `schema` is the name of the message's type; Foxglove recognises its own types by name
+  /// (https://docs.foxglove.dev/docs/sdk/schemas) and members. The JSON schema follows from the
+  /// first message; later messages with this schema must have the same members. Throws
   /// std::invalid_argument for a time before 0.
   void write(const std::string& topic, const std::string& schema, std::int64_t time_ns,
              const nlohmann::ordered_json& message);

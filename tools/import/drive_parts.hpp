@@ -24,8 +24,8 @@ struct ImportedRole {
 };
 
 /// One role per sensor of the map. Values beyond the signal's range then count as missing. Roles
-/// whose values come together share a message; others send it on another bus, so that no value is
-/// sent twice. Throws std::invalid_argument for a role without values, or with many beyond range.
+/// whose values come together share a message; others use another bus, so that no value is sent
+/// twice. Throws std::invalid_argument for a role without values, or with many beyond range.
 [[nodiscard]] std::vector<ImportedRole> to_roles(ColumnMap& map,
                                                  std::vector<std::string>& warnings);
 

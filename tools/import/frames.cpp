@@ -51,7 +51,7 @@ ImportedRole role_of(MappedColumn& column, const std::vector<std::int64_t>& time
         "{}: {} of {} values are beyond {:g} to {:g} {}, up to {:.4g}", who, beyond.size(), all,
         signal.minimum, signal.maximum, role.target->unit,
         *std::ranges::max_element(beyond, {}, [](double value) { return std::abs(value); }));
-    // If more values are outside the range, the unit is wrong.
+    // If more than a tenth of the values is outside the range, the unit is wrong.
     if (beyond.size() * 10 > all)
       throw std::invalid_argument(text + "; check unit and scale of the column");
     warnings.push_back(text + "; left out");
@@ -89,7 +89,7 @@ std::vector<ImportedRole> to_roles(ColumnMap& map, std::vector<std::string>& war
   for (MappedColumn& column : map.columns) {
     if (!column.is_sensor()) continue;
     ImportedRole role = role_of(column, map.tables[column.table].times_ns, warnings);
-    // Use the first bus on which all roles of this message come together with this role.
+    // Use the first bus on which all other roles of this message come together with this role.
     const auto is_taken = [&](const ImportedRole& other) {
       return share_a_frame(other, role) && !come_together(role, other);
     };

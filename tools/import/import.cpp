@@ -100,7 +100,7 @@ std::string vehicle(const CarTexts& texts) {
 
 std::string role_line(const ImportedRole& role) {
   const MappedColumn& column = *role.column;
-  // By default three periods of the table: its stamps may be less regular than those of a bus.
+  // The default is three periods of the table, as its stamps may be less regular than a bus's.
   constexpr double min_timeout = 0.1, max_timeout = 60.0;
   const double timeout = column.settings.timeout_ns > 0
                              ? static_cast<double>(column.settings.timeout_ns) * 1e-9

@@ -51,7 +51,7 @@ bool has_number(const Cells& cells, char delimiter) {
 }
 
 /// The columns that a name means: "speed (km/h)" in imu.csv has this name, "speed", "imu:speed" and
-/// "imu.csv:speed". Several if they differ in their units only.
+/// "imu.csv:speed". Returns several columns only if they differ in their units alone.
 Cells matches(const std::string& table, const Cells& columns, std::string_view name) {
   const std::filesystem::path path(table);
   for (const std::string& before : {path.filename().string() + ':', path.stem().string() + ':'})

@@ -35,7 +35,7 @@ struct NameAndUnit {
 /// to the recorder's.
 [[nodiscard]] std::optional<TimeColumn> usual_time(const std::vector<std::string>& columns);
 
-/// Sets an unstated unit to the table's: in the header, below it, or in a name like "time_ms".
+/// Sets an unstated unit to the one in the header, below it, or in a name like "time_ms".
 void take_unit(TimeColumn& time, std::string_view unit_of_table);
 
 /// The time in the reader's current row; empty if it is missing. Sets an unstated unit to the one

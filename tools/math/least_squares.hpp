@@ -23,8 +23,8 @@ struct LeastSquares {
   Eigen::VectorXd prior_sigma;  ///< their standard deviations; infinite: no prior
   double noise = 0.0;  ///< standard deviation of the residuals; 0: robust_sigma() of the residuals
   double huber = 2.0;  ///< residuals beyond this number of standard deviations lose weight
-  /// Divides the residuals' information: model errors are correlated over this number of residuals,
-  /// which must not outweigh the prior by their number.
+  /// Divides the residuals' information, as model errors are correlated over this number of
+  /// residuals: counted as independent, they would outweigh the prior.
   double together = 1.0;
   double enough = 1e-2;  ///< stops after a step that lowers the cost by less
   int iterations = 30;

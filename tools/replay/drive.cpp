@@ -31,8 +31,8 @@ std::string name_of(const fs::path& folder) {
   return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
 }
 
-/// Replaces missing databases by those of the same name in the folder: a configuration elsewhere
-/// may lie there without its databases.
+/// Replaces missing databases by those of the same name in the folder: a configuration outside the
+/// folder may lack its databases.
 void look_for_databases_in(const fs::path& folder, std::vector<fs::path>& databases) {
   std::error_code ignored;
   for (fs::path& database : databases)
@@ -64,7 +64,7 @@ void check_folder(const fs::path& folder) {
 
 void read_camera(Drive& drive, const fs::path& file, CameraUse use) try {
   CameraLog camera = read_camera_log(file);
-  // Nobody needs warnings about poses that are neither used nor replace a reference.
+  // Warnings are useless for poses that are neither used nor needed as a reference.
   if (use == CameraUse::take || !drive.reference) append(drive.warnings, camera.warnings);
   if (camera.poses.empty() && drive.config.camera.configured && use == CameraUse::take)
     drive.warnings.push_back(no_camera_pose(file));

@@ -114,7 +114,7 @@ class RecordedDrive {
       pipeline_.take(cameras_[i]);
       ++summary.cameras;
     }
-    // The other messages were unusable, but are counted as well.
+    // Camera messages without a pose were unusable, but are counted, too.
     const std::uint64_t poses = row.camera_poses - before_.camera_poses;
     for (std::uint64_t i = row.camera_messages - before_.camera_messages; i > poses; --i)
       pipeline_.take_malformed_camera_message();

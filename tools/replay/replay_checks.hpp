@@ -1,5 +1,4 @@
-// What a replay that succeeded tells the user: what may be wrong with its poses, and the result as
-// JSON.
+// Reports of a successful replay: what may be wrong with its poses, and the result as JSON.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ Json by_source(const ValueOf& value_of) {
   return sources;
 }
 
-// The time [s] for which each source was found wired or described wrongly, or inconsistent.
+// For how long [s] each source had a wiring fault or was inconsistent.
 Json wiring_json(const ReplaySummary& summary) {
   const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
                         static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));

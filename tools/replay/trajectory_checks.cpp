@@ -179,7 +179,7 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
   if (first == cameras.end()) return std::nullopt;
   const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
 
-  // The speed between these two poses; since the first tick it may have been 1.5 times as high.
+  // Speed between these poses; between first tick and a pose it may have been 1.5 times as high.
   const double between_s =
       std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
   const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;
@@ -205,7 +205,7 @@ Diagnostics check_units(const std::string& subject, std::span<const TrajectoryPo
                         const Driven& driven) {
   constexpr std::size_t min_pieces = 10;
   constexpr double about = 3.0;      // tolerance factor, since wheels may spin
-  constexpr double max_error = 0.5;  // relative, of a turn; poses in radians have 56/57
+  constexpr double max_error = 0.5;  // relative error of a turn; 56/57 for radians
   Diagnostics result;
   const Sizes sizes = sizes_of(poses, driven.trajectory);
   const double ratio = sizes.distances.size() < min_pieces ? 1.0 : median_of(sizes.distances);

@@ -1,5 +1,5 @@
-// Detects poses that cannot be compared: of another drive, of a part of it, in other axes, or in
-// other units than metres and radians, which would make the wheels or the gyro look wrong.
+// Detects poses that cannot be compared: from another drive, for only a part of the drive, in other
+// axes, or in units other than metres and radians (wheels or gyro would then look wrong).
 #pragma once
 
 #include <cstdint>

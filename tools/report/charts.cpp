@@ -146,7 +146,7 @@ std::vector<Figure> beat_charts(const BeatHistogram& beat) {
 std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgements,
                                             std::int64_t zero_ns) {
   std::array<std::vector<Judgement>, estimator::source_count> by_source;
-  // One time axis for all charts: it shows a source that was tested for part of the time only.
+  // All charts have one time axis, so that a source tested only part of the time stands out.
   constexpr double infinity = std::numeric_limits<double>::infinity();
   chart::Range all{infinity, -infinity};
   for (const Judgement& judgement : judgements) {

@@ -20,8 +20,8 @@ namespace {
 
 using svg::escaped;
 
-// Two pictures (or three small ones) side by side if there is room, one on a phone. There each row
-// of a table becomes a card with its cells below each other, so that nothing scrolls sideways.
+// Two pictures (or three small ones) side by side if there is room, one on a phone. On a phone each
+// table row becomes a card with its cells below each other, so that nothing scrolls sideways.
 constexpr const char* style = R"css(
 :root { color-scheme: light; }
 * { box-sizing: border-box; }
@@ -98,7 +98,7 @@ std::string breakable(const std::string& name) {
   return words;
 }
 
-/// The words of tables that are no metrics.
+/// Words in tables other than metrics.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 9> other_words{{
     {"fused", "samples that the filter used"},
     {"gated", "samples left out because they were too far from what it expected"},

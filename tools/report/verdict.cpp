@@ -26,7 +26,7 @@ struct Thresholds {
 };
 
 // In the paper the filter ends within 1.25 cm per metre of the lap, the kinematic model within 7.2.
-// Twice the former is usual for a filter; beyond the latter a car needs no filter.
+// Twice 1.25 is usual for a filter; beyond 7.2 a filter is no better than that model.
 constexpr Thresholds drift{2.5, 7.2};  // cm/m
 
 // A filter with a camera averages its poses: its rms error should be below the sigma of one pose.

@@ -27,8 +27,8 @@ struct Wiring {
 
 enum class Existing : std::uint8_t { keep, replace };
 
-/// Makes the folder. Throws std::invalid_argument if it cannot be a folder, or is not empty and
-/// must be kept.
+/// Makes the folder. Throws std::invalid_argument if that fails, or it is not empty and must be
+/// kept.
 void make_drive_folder(const std::filesystem::path& folder, Existing existing);
 
 /// Writes car.toml, car.dbc and plant.json, each completely or not at all.

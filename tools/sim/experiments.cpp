@@ -57,7 +57,7 @@ RunPlan plan_of(const ExperimentOptions& options) {
   return make_plan({.seed = options.seed});
 }
 
-/// plant.json: the car's part of a drive's, and the truth of the experiment.
+/// plant.json: the car's part of a drive's plant.json, and the truth of the experiment.
 void write_truth(const ExperimentOptions& options, const RunPlan& plan, const char* experiment,
                  const Json& truth) {
   Json plant = describe(plan);
@@ -163,7 +163,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   Json result;
   measure(result, "spacing", rig.spacing_above, 4e-4, 5e-4, hand);
   measure(result, "spacing_below", rig.spacing_below, 4e-4, 5e-4, hand);
-  result.erase("spacing_below_sigma");  // spacing_sigma is for both
+  result.erase("spacing_below_sigma");  // spacing_sigma applies to both
   measure(result, "cord", rig.cord, 1.5e-3, 1e-3, hand);
   result["offset_sigma"] = 0.003;
   result["amplitude"] = rig.amplitude * (1.0 + 0.1 * hand.normal());

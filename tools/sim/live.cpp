@@ -45,7 +45,7 @@ FileDescriptor open_interface(const std::string& name) {
     throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
   // An empty filter list: the socket receives nothing.
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
-  // An interface without CAN FD reports that when it has to send such a frame.
+  // An interface without CAN FD reports this only when it is given a CAN FD frame to send.
   const int fd_frames = 1;
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &fd_frames, sizeof fd_frames);
   sockaddr_can address{};

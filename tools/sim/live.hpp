@@ -51,14 +51,14 @@ struct LiveSummary {
 /// "12.3 s, 8.1 of 82.2 m (10 %), 1.50 m/s"
 [[nodiscard]] std::string progress_text(const Simulation& simulation);
 
-/// The start of a live drive: a tick of CLOCK_REALTIME in the near future, when all is set up. From
-/// there its stamps advance exactly with simulated time.
+/// The start of a live drive: a tick of CLOCK_REALTIME in the near future, by which all is set up.
+/// From then on stamps advance exactly with simulated time.
 [[nodiscard]] std::int64_t live_start_ns();
 
-/// Sends frames and poses at their time, or immediately if that has passed. Returns at the end of
-/// the drive, or on SIGINT or SIGTERM. Calls `also` with all that was sent, stretch by stretch.
-/// Throws like CanOutput; a closed pipe is such an error from then on, not a signal. The camera's
-/// socket may come and go.
+/// Sends frames and poses at their times, or immediately if late. Returns at the end of the drive,
+/// or on SIGINT or SIGTERM. Calls `also` with all that was sent, stretch by stretch. Throws like
+/// CanOutput; from then on a closed pipe is such an error and no longer raises SIGPIPE. The
+/// camera's socket may come and go.
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options,
                       tools::ProgressLine& progress,
                       const std::function<void(const Happenings&)>& also);

@@ -33,7 +33,7 @@ std::int64_t deadline(const RunPlan& plan) {
   return std::llround(1e9 * seconds);
 }
 
-// Moves the leading elements that have come to `to`, after `shift` has moved them in time.
+// Applies `shift` to the leading elements for which `has_come` is true, and moves them to `to`.
 template <class T, class Test, class Shift>
 void hand_over(std::vector<T>& from, std::vector<T>& to, Test has_come, Shift shift) {
   const auto end = std::ranges::find_if_not(from, has_come);
@@ -152,7 +152,7 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
     if (now_ns_ % truth_period_ns == 0)
       happenings.truth.push_back(truth_row(start_ns_ + now_ns_, plant_.output()));
   }
-  // Hands over only what has been received by now.
+  // Frames and poses that have not been received yet stay for later.
   hand_over(
       frames_, happenings.frames,
       [this](const can::Frame& frame) { return frame.time_ns <= now_ns_; },

@@ -21,7 +21,7 @@ namespace odomd::sim {
 
 enum class ErrorModel : std::uint8_t { realistic, ideal };
 
-/// What to simulate. Options without a value have the scenario's.
+/// What to simulate. Options without a value take the scenario's value.
 struct RunOptions {
   std::string scenario = "lap";
   std::optional<CarKind> car;

@@ -26,13 +26,13 @@ using estimator::Source;
 
 constexpr double piece = 0.5, max_piece = 0.85, usual_stride = 0.25, grid = 0.01;  // [s]
 constexpr double lag_step = 0.02;                                                  // [s]
-constexpr int max_lag = 20, max_late_lag = 75;  // steps, for a usual sensor and a very late one
+constexpr int max_lag = 20, max_late_lag = 75;  // steps: of a usual sensor, of a very late one
 constexpr double max_latency = 0.15;            // more than the latency of any sensor [s]
 constexpr double min_turn = 0.05;               // rad per piece, rms
 constexpr double min_distance = 0.1;            // m per piece
 constexpr std::ptrdiff_t min_pieces = 20;
 constexpr double related = 0.5, clearly_related = 0.7;  // correlations
-constexpr double max_unseen_ratio = 3.0;  // without poses: allows for slipping wheels and tyres
+constexpr double max_unseen_ratio = 3.0;                // without poses: wheels and tyres may slip
 
 enum class Match : std::uint8_t { unknown, same, opposite, unrelated };
 
@@ -52,8 +52,8 @@ struct Range {
   }
 };
 
-// Turns show the sign. With their means removed, they show whether both signals turn at the same
-// times.
+// The turns show whether both signs agree. Without their mean, they show whether both signals turn
+// at the same times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double min_rms) {
   Range late, turns, variations;
   double ratio = 1.0, best_lag = 0.0;

@@ -40,8 +40,8 @@ struct Relation {
   }
 };
 
-/// Values of two signals at the same times; without a slope if there are fewer than two, or if x is
-/// constant.
+/// The relation of two signals' values at the same times. It has no slope if there are fewer than
+/// two values, or if x is constant.
 [[nodiscard]] Relation relation_of(const Eigen::Ref<const Eigen::ArrayXd>& y,
                                    const Eigen::Ref<const Eigen::ArrayXd>& x);
 
@@ -76,16 +76,16 @@ struct AgreementOptions {
   UnrelatedPoses unrelated = UnrelatedPoses::refuse;
 };
 
-/// Compares pieces of about half a second, with up to 0.4 s between the clocks: the turns of the
-/// poses, of the gyro, and ∫ v tan δ / l from wheels and steering; and the distance of each wheel
-/// with that of the poses along the heading. Too little data counts as agreement. Poses in any
-/// order; without poses only gyro and steering are compared.
+/// Compares pieces of about half a second, with up to 0.4 s between the clocks: the turns of poses,
+/// of the gyro, and of wheels with steering (∫ v tan δ / l); and each wheel's distance with the
+/// poses' distance along the heading. Too little data counts as agreement. Poses may be in any
+/// order; without poses, only gyro and steering are compared.
 ///
 /// Reports the first of: no pose was taken during the log; poses in other units
 /// (trajectory_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
-/// the gyro's, or are more than 0.15 s before or after it (neither with UnrelatedPoses::accept);
-/// yaw_rate or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and
-/// steering); a wheel runs backwards. Later ones may be consequences of earlier ones.
+/// the gyro's, or are more than 0.15 s before or after it (unless UnrelatedPoses::accept); yaw_rate
+/// or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering);
+/// a wheel runs backwards. Later ones may be consequences of earlier ones.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
     const daemon::Config& config, const SignalLog& log,
     std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});

@@ -1,5 +1,5 @@
 // The car as `odom identify` fits it to a drive: a single-track model in continuous time with
-// separate wheels and effects that the filters' model leaves out, because fitted parameters would
+// separate wheels. It has effects that the filters' model leaves out, as fitted parameters would
 // otherwise absorb them: tyres that saturate, have a relaxation length, and change their load when
 // the car turns, accelerates or brakes; wheels with rolling resistance and spin inertia.
 //
@@ -59,10 +59,10 @@ template <class T>
   return linear / sqrt(1.0 + bend * (linear * linear + drive * drive) / (load * load));
 }
 
-// Four tyres. Each axle has one slip that builds up; the additional slip of a wheel y to the left
-// of the middle acts at once: y sin²δ / l from Ackermann geometry, less the change of its direction
-// of travel in a turn, y u_y ψ̇ / (u_x² + u_y²), u being the velocity of the axle's middle. At
-// walking pace the two cancel.
+// Four tyres. Each axle has one slip that builds up; a wheel at y (left) has additional slip
+// without lag: y sin²δ / l from Ackermann geometry, less its change of travel direction in a turn,
+// y u_y ψ̇ / (u_x² + u_y²), u being the velocity of the axle's middle. At walking pace these two
+// terms cancel.
 //
 // Loads: F_z0 of each wheel, m a_x h / (2 l) from front to rear, and m a_y h / (2 t) from the inner
 // to the outer, where a_y = v_x (ψ̇ - τ ψ̈) lags, with ψ̈ of linear tyres. Rolling resistance is ρ

@@ -25,7 +25,7 @@ int decimals_for(double uncertainty) {
   return static_cast<int>(std::fmin(std::fmax(digits, 0.0), 9.0));
 }
 
-/// The value rounded to two digits of its uncertainty: more have no meaning.
+/// The value rounded to two digits of its uncertainty: further digits have no meaning.
 double rounded(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(sigma) || !std::isfinite(value)) return value;
   const int decimals = static_cast<int>(1.0 - std::floor(std::log10(sigma)));
@@ -61,8 +61,8 @@ double uncertainty_in(const std::string& note) {
   return at == std::string::npos ? 0.0 : std::strtod(note.c_str() + at + sign.size(), nullptr);
 }
 
-// Whether the two cannot be compared: a fit's inertia includes the wheels' spin, as the filter
-// needs it, and a swing's does not.
+// Whether the values cannot be compared: the inertia from a fit includes the wheels' spin, as
+// required by the filter, but the inertia from a swing does not.
 bool are_different_quantities(const ConfigValue& before, const ConfigValue& value) {
   const auto is_fitted = [](const ConfigValue& each) {
     return each.note.find("odom identify fit:") != std::string::npos;
@@ -70,7 +70,7 @@ bool are_different_quantities(const ConfigValue& before, const ConfigValue& valu
   return value.key == "vehicle.yaw_inertia" && is_fitted(before) != is_fitted(value);
 }
 
-// Whether `before` is clearly more precise, not only by chance between two runs of an experiment.
+// Whether `before` is more precise by more than chance between two runs of an experiment.
 bool is_more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);

@@ -105,8 +105,8 @@ void check(const Delivery& delivery);
 /// configuration cannot be patched; it is then unchanged.
 void deliver(Findings findings, const Delivery& delivery);
 
-/// Adds the options and an action: deliver what `identify` finds from the options. `options` is a
-/// shared pointer to a struct with a `delivery`.
+/// Adds the options, and as the method's action delivers the findings that `identify` returns.
+/// `options` is a shared pointer to a struct with a `delivery`.
 template <class Options, class Identify>
 void add_delivery(Command method, const Options& options, Identify identify) {
   add_delivery(method, options->delivery);

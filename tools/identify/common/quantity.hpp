@@ -1,5 +1,5 @@
-// Measured numbers on a command line: "2985g", "265mm", "15deg". Without a unit they are in the SI
-// unit.
+// Measured numbers on a command line: "2985g", "265mm", "15deg". Without a unit they are in SI
+// units.
 #pragma once
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 namespace odomd::tools {
 
-/// Where the predicate changes from true to false in [low, high], after this number of halvings.
+/// The point in [low, high] where the predicate becomes false, by bisection with `halvings` steps.
 template <class Predicate>
 [[nodiscard]] double bisect(double low, double high, int halvings, Predicate&& is_before) {
   for (int i = 0; i < halvings; ++i) {

@@ -25,7 +25,7 @@ PoseSample pose_near(const FitDrive& drive, double t) {
 }
 
 // Commands and their reports have different clocks, and servos move in steps: the uncertainty is
-// the change of the signal over this many of its cycles.
+// the signal's change over this number of cycles.
 constexpr double uncertain_cycles = 1.0;
 double steering_uncertainty(const Setup& setup, const FitDrive& drive, double begin) {
   double sum = 0.0;

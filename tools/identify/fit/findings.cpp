@@ -20,8 +20,8 @@ using tools::kind;
 /// The drive determines a value if its sigma is below this share of the prior's.
 constexpr double reported_below = 0.5;
 
-/// A value this many prior sigmas away from the configured one has another cause, if another
-/// parameter can compensate for it.
+/// A value this many prior sigmas from the configured value is attributed to another cause, if
+/// another parameter can compensate for it.
 constexpr double astray_sigmas = 2.5;
 
 /// The share of the grip that a drive must reach, so that the grip is not extrapolated.
@@ -154,7 +154,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
              fixed(brush->grip, 0) + "; drive harder";
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
-    // If the curve is impossible, another cause has changed it, and its slope as well.
+    // An implausible curve results from another cause, which has changed its slope, too.
     if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.is_astray(a.bend) &&
         b.findings.values.back().determined == Determined::yes) {
       b.findings.values.back().reject("correlated with " + Builder::meaning(a.bend) +
@@ -180,7 +180,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   }
   const Eigen::Vector2d sigmas =
       (jacobian * b.result.covariance(curve, curve) * jacobian.transpose()).diagonal().cwiseSqrt();
-  // The stiffness is no more precise than the fitted one.
+  // The brush tyre's stiffness is no more precise than the fitted stiffness.
   b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key,
         {brush->stiffness, std::max(sigmas[0], brush->stiffness * b.sigma[a.stiffness])},
         "of a tyre that saturates");

@@ -71,8 +71,8 @@ Settings settings_of(const daemon::Config& config, const FitOptions& options) {
   return result;
 }
 
-// The poses of a reference as a camera's. Denser poses would get more weight than their information
-// deserves.
+// A reference's poses in the form of camera poses, at least `spacing` apart: denser poses would get
+// more weight than their information deserves.
 std::vector<estimator::CameraPose> poses_of(const Trajectory& reference, double spacing) {
   constexpr double sigma = 0.005;  // m, rad: the residuals decide in the end
   const auto least_ns = static_cast<std::int64_t>(1e9 * spacing);

@@ -12,7 +12,7 @@ Numbers<double> at_many_speeds(double wheelbase) {
   return sigmas_of(&ParameterInfo::model_error, wheelbase);
 }
 
-constexpr double exercise_speed_variety = 0.4;  // of the exercise in the help: sufficient
+constexpr double exercise_speed_variety = 0.4;  // of the help's exercise, which suffices
 constexpr double max_factor = 30.0;
 
 /// Factor on the allowance for parameters that only different speeds separate, from the errors in

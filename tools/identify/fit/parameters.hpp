@@ -49,7 +49,7 @@ struct ParameterInfo {
   ParameterKind kind{};
   std::string_view unit;
   std::string_view meaning;
-  // Standard deviations of p; for positions in wheelbases.
+  // Standard deviations of p. The unit for positions is the wheelbase.
   double prior = 0.0;        ///< before the fit
   double model_error = 0.0;  ///< of a fit over many speeds, added to the sigma from the residuals
 };
@@ -63,7 +63,7 @@ struct ParameterInfo {
 /// The minimum duration of a drive [s].
 inline constexpr double least_duration = 10.0;
 
-/// NAME=SIGMA of --prior; without a parameter it is for the mass.
+/// NAME=SIGMA of --prior; without a parameter, sigma is that of the mass.
 struct Prior {
   std::optional<Parameter> parameter;
   double sigma = 0.0;

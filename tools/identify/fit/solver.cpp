@@ -108,7 +108,7 @@ struct Built {
   std::vector<int> cluster_rows;  ///< residuals per cluster (windows that count as one), in order
 };
 
-/// The result refers to the setup and the chains.
+/// The result holds references to the setup and the chains.
 Built build(const Setup& setup, const Settings& settings, const Numbers<double>& p,
             std::vector<Chain>& chains) {
   const std::vector<std::size_t> free = settings.free_parameters();

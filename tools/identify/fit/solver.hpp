@@ -43,8 +43,8 @@ struct Turns {
   /// exercise that the help describes.
   //
   // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
-  // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
-  // steering's scale and the tyres are one number.
+  // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, steering
+  // scale and tyres are inseparable.
   double speed_variety = 0.0;
   double hard = 0.0;     ///< share of the time above 0.5 g, half of the grip of dry tyres
   double hardest = 0.0;  ///< lateral acceleration exceeded for a twentieth of the time [m/s²]
@@ -59,8 +59,8 @@ struct Residuals {
 [[nodiscard]] Residuals residuals_of(const Setup& setup, const std::vector<Chain>& chains,
                                      const Numbers<double>& p);
 
-/// Takes the noise from the residuals if it is larger than stated: model errors count as noise of
-/// the source that shows them. (It is smaller if a wheel is at rest for long.)
+/// Raises the noise to that of the residuals: model errors count as noise of the source that shows
+/// them. (The residuals' noise is below the stated one if a wheel is at rest for long.)
 void update_noise(Setup& setup, const Residuals& residuals);
 
 // The fit of all drives.

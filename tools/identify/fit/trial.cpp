@@ -20,15 +20,15 @@ constexpr double part_s = 8.0;         // for a 1:10 car
 constexpr std::size_t most_parts = 8;  // per drive
 
 // Ratios of the errors after a change to those before it.
-constexpr double as_good = 1.003;       // up to this an error counts as unchanged
-constexpr double better = 0.995;        // below this an error is clearly smaller
+constexpr double as_good = 1.003;       // up to this ratio an error counts as unchanged
+constexpr double better = 0.995;        // below this ratio an error is clearly smaller
 constexpr double shown_worse = 1.0005;  // rounds to 0.1 %
 constexpr double half_as_good = 1.1;    // maximum for each half of the parts
 
 constexpr std::int64_t spacing_ns = 20'000'000;
 constexpr double far_off = 3.0;      // distance from the cubic in standard deviations
 constexpr std::size_t fewest = 6;    // poses per cubic
-constexpr double both_sides = 0.25;  // of `half`: maximum distance to a pose on either side
+constexpr double both_sides = 0.25;  // maximum time to a pose on each side / `half`
 
 // The cubic's value at u = 0 for x, y and yaw: least squares, then again with weights 1 / (1 + (r /
 // 3σ)²) from the residuals r.
@@ -88,7 +88,7 @@ std::vector<Group> groups_of(const Findings& findings) {
   return groups;
 }
 
-/// The errors if one group is accepted that is not yet, or dropped if it is.
+/// The errors with one group toggled: dropped if it is accepted, accepted if it is not.
 Ratio evaluate_with_toggled(std::vector<Group> groups, std::size_t which,
                             const std::function<Ratio(const Patch&)>& judge) {
   groups[which].accepted = !groups[which].accepted;

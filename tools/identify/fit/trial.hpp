@@ -47,7 +47,7 @@ struct Group {
   bool accepted = false;
 };
 
-/// Accepts the best group, or if there is none drops the one that hurts most, until neither helps.
+/// Accepts the best group, or if none helps drops the most harmful one, until neither helps.
 /// Accepts nothing that increases the errors, drops a group only if that clearly reduces them, and
 /// does neither if it much increases the errors of one half. Returns the errors with the accepted
 /// groups. `judge` replays with a patch.
@@ -56,7 +56,7 @@ struct Group {
                            const ReportProgress& progress = {});
 
 /// Marks values that choose() rejects, with the reason: they stay as configured. `progress` is
-/// called now and then. Drives come from trial_drive().
+/// called occasionally. Drives come from trial_drive().
 void try_out(Findings& findings, std::span<const tools::Drive> drives,
              const ReportProgress& progress);
 

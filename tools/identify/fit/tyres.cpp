@@ -1,4 +1,4 @@
-// The tyres of a fitted car as brush tyres, which the filter has.
+// Converts the tyres of a fitted car to brush tyres, the filter's tyre model.
 #include <cmath>
 #include <limits>
 

@@ -76,7 +76,7 @@ Measured period_of_record(const Options& options, const Bifilar& pendulum, Findi
   const double rms_amplitude = std::hypot(fit.amplitude_begin, fit.amplitude_end) / std::sqrt(2.0);
   const double correction =
       lengthening(pendulum, inertia_per_mass(pendulum, fit.period.value), rms_amplitude) - 1.0;
-  constexpr double scale = 0.03, clock = 1e-4;  // relative, of an uncalibrated gyro and a quartz
+  constexpr double scale = 0.03, clock = 1e-4;  // relative errors of uncalibrated gyro, quartz
   findings.details["swing"] = {{"swings", fit.swings},
                                {"amplitude_begin", fit.amplitude_begin},
                                {"amplitude_end", fit.amplitude_end},
@@ -128,7 +128,7 @@ using Input = std::pair<const char*, Measured*>;
 
 struct Propagated {
   Measured result;
-  /// Per input: the uncertainty of the result from it alone, and its name.
+  /// For each input: the result's uncertainty from this input alone, and the input's name.
   std::vector<std::pair<double, const char*>> contributions;
 };
 
@@ -182,7 +182,7 @@ Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, Mea
   Measured cord{pendulum.cord,
                 parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")};
   Measured offset2{variance, std::numbers::sqrt2 * variance};
-  // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where a car's J_x is about a
+  // A car tilted by τ swings about another axis: J cos²τ + J_x sin²τ, where a car's J_x is about a
   // third of J.
   Measured tilt{0.0, 0.7 * level * level};
   const std::vector<Input> inputs{{"mass", &mass},

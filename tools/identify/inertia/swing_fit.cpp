@@ -89,7 +89,7 @@ Timing fit_times(const std::vector<TurningPoint>& points, const Bifilar& pendulu
   double swings = 0.0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const TurningPoint& point = points[static_cast<std::size_t>(k)];
-    weight[k] = std::fabs(point.slope);  // noise of the rate shifts steep passages less
+    weight[k] = std::fabs(point.slope);  // noise shifts steep zero crossings less
     design.row(k) << 1.0, swings, 1.0 / point.slope;
     times[k] = point.t;
     swings += 0.5 * slow * lengthening(pendulum, inertia, point.peak * period / (2.0 * pi));

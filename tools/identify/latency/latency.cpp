@@ -122,7 +122,7 @@ void add_steering(const daemon::Config& config, const Clock& clock, const Steeri
   findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
   findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
   findings.details["explained"]["steering"] = s.explained;
-  // A sensor of the wheel angle may be late itself: then the wheels move before its signal.
+  // A wheel-angle sensor may be late: then the wheels move before its signal does.
   if (all.determined == Determined::no || all.value >= -2.0 * all.sigma) return;
   add_time(findings, "latency of steering", {-all.value, all.sigma}, "", "the car turns before it")
       .key = key_of(Source::steering, ".latency");

@@ -1,5 +1,5 @@
-// The offsets of single sources: a drive with its gyro on an even grid, and signals to compare with
-// the gyro, smoothed in the same way.
+// Time offsets of single sources: the drive's gyro on an even grid, and signals to compare with it,
+// smoothed in the same way.
 #pragma once
 
 #include <algorithm>
@@ -48,8 +48,8 @@ struct GyroDrive {
   return on_grid_of(like, [](double) { return 1.0; });
 }
 
-/// Averages twice over ± `half`, both compared signals, so that neither is delayed and the
-/// gyro's noise remains small after differentiation.
+/// Averages twice over ± `half`. Use it on both compared signals: then neither is delayed against
+/// the other, and the gyro's noise remains small after differentiation.
 [[nodiscard]] inline Resampled smooth(const Resampled& signal, double half) {
   return mean_around(mean_around(signal, half), half);
 }

@@ -42,10 +42,10 @@ constexpr std::array<double, count> prior_sigma{1.0, 1.0, 0.15, 0.15, 0.1, 0.5,
 constexpr double step_s = 5e-3;
 constexpr double block_s = 2.0;  // residuals further apart are independent
 // Tyre effects beyond this model, as standard uncertainties [s]. The yaw rate hardly shows how dead
-// time, time constant and tyres share the lag; it shows their sum if the tyres slip little.
+// time, time constant and tyres share the lag. Their sum is observable if the tyres slip little.
 constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
-constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // [s]; more per second beyond slow_lag
+constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // [s]; [s] per second beyond slow_lag
 
 struct DrivenCar {
   const estimator::Vehicle& car;
@@ -198,8 +198,8 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
 namespace {
 
 constexpr double chance = 3.0;  // standard uncertainties that chance explains
-// Known: the total to a tenth of itself, within limits of 10 and 20 ms; delay and lag to a quarter
-// of the total.
+// Sigmas required of a determined value: a tenth of the total, clamped to 10 to 20 ms, for the
+// total; a quarter of the total for delay and lag.
 constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
                  separable_below = 0.25;
 constexpr double longest_delay = 0.5, longest_lag = 1.0;  // limits of the configuration [s]

@@ -142,7 +142,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   for (double& value : difference.turn.value) value *= car.track_width;
   if (front && front_wheels) difference = front_difference(car, turning, speed, *front_wheels);
 
-  // The lag has its expected value; the effect of its uncertainty adds to that of the offset.
+  // The lag is set to its expected value; its uncertainty adds to the offset's uncertainty.
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
                                      [](double rate, double v) { return rate * std::fabs(v); });
   const auto with_lag = [&](double seconds_per_speed) {

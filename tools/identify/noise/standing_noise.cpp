@@ -106,7 +106,7 @@ double scatter_within(const Series& series, std::size_t count) {
 }
 
 /// No sample is more precise than its resolution q, and the mean of mostly equal samples may be
-/// anywhere within it. A bias that moves by less than a few steps shows no walk.
+/// anywhere within q. A bias that moves by less than a few steps shows no walk.
 void allow_for_resolution(const Series& series, double duration, StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
   const auto begin = std::span(series.value).first(series.size() / 10);

@@ -24,7 +24,7 @@ using tools::kind;
 // Beyond these limits the circles and the given data contradict each other.
 constexpr double max_centre_shift = 0.03;     // shift of the centre of gravity / wheelbase
 constexpr double max_steering_factor = 1.33;  // factor on the steering angle, or its inverse
-constexpr double gross_scale_error = 0.15;    // of the film against the accelerometer
+constexpr double gross_scale_error = 0.15;    // |accelerometer / film - 1|
 
 /// The log's lateral acceleration / the film's v_x ψ̇: shows a wrong scale of the film. Nothing if
 /// there is too little data.

@@ -18,7 +18,7 @@ constexpr std::int64_t step_ns = 50'000'000;
 constexpr std::int64_t half_window_ns = 300'000'000;
 constexpr std::int64_t settling_ns = 500'000'000;
 constexpr double shortest_turn = std::numbers::pi;
-constexpr std::size_t samples_per_window = 4;  // of a signal in the log
+constexpr std::size_t samples_per_window = 4;  // minimum, of a signal in the log
 
 double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -119,7 +119,7 @@ std::vector<double> values_between(const Series& series, std::int64_t from, std:
   return {series.value.begin() + begin, series.value.begin() + end};
 }
 
-// Mean of a log's signal; its scatter is that of means over the film's number of windows.
+// Mean of a log's signal; its scatter comes from means over `windows` parts, as in the film.
 Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to,
                         std::size_t windows) {
   const std::vector<double> values = values_between(series, from, to);

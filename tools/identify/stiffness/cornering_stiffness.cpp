@@ -32,7 +32,7 @@ enum Unknown : Eigen::Index {
   steering_offset,
   steering_scale,
   marker_angle,
-  centre_shift,  // centre of gravity ahead of its place according to the markers [m]
+  centre_shift,  // distance of the centre of gravity ahead of where the markers place it [m]
   mass,
   front_axle,
   rear_axle,
@@ -125,12 +125,12 @@ std::array<AxleView, 2> view(const CircleRun& run, const Unknowns& x) {
                    .grip = std::exp(x[log_grip_rear]) * load_rear}};
 }
 
-// Scatter of the measured slips of front and rear axle.
+// Scatter of the measured slip: front axle, rear axle.
 std::array<double, 2> slip_sigmas(const CircleRun& run) {
   return {std::hypot(run.drift.sigma, run.steering.sigma), run.drift.sigma};
 }
 
-// Measured slip less that of the curve: front and rear for each circle.
+// Measured minus fitted slip: front and rear axle for each circle.
 Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -143,7 +143,7 @@ Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
 struct Solution {
   Unknowns x;
   Eigen::MatrixXd covariance;
-  Eigen::VectorXd weights;  // of the circles' slips
+  Eigen::VectorXd weights;  // one per measured slip
   double scatter = 1.0;     // ratio of the circles' scatter to their own sigmas
 };
 

@@ -73,8 +73,8 @@ struct CorneringStiffness {
   Measured steering_offset;  ///< the log's angle when the wheels point straight ahead [rad]
   Measured steering_scale;   ///< angle in the log / angle of the wheels
   Measured marker_angle;     ///< angle of the markers' line against the car [rad]
-  /// From the circles alone, without prior knowledge of these two: the distance of the centre of
-  /// gravity ahead of its place according to the markers [m], and the steering's scale.
+  /// From the circles alone, without prior knowledge of these two: how far the centre of gravity is
+  /// ahead of where the markers place it [m], and the steering's scale.
   Measured centre_ahead, free_steering_scale;
   double scatter = 1.0;        ///< ratio of the circles' scatter to their own sigmas
   std::size_t used = 0;        ///< circles with a weight above one half

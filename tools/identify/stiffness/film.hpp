@@ -98,7 +98,7 @@ struct FilmAlignment {
 /// Tries every shift for which film and log overlap by a third of the shorter one, with the mean
 /// square difference of the yaw rates, then refines the best (time_shift.hpp). Throws
 /// std::invalid_argument if film and log match at no shift, with the likeliest reason: mirrored,
-/// another frame rate, another drive. `name` is the film's.
+/// another frame rate, another drive. `name` is for messages.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
                                        const Series& gyro);
 

@@ -20,7 +20,7 @@ constexpr std::int64_t smoothing_ns = 200'000'000;  // half of the window of a y
 
 // Covers two quartz clocks, and a film of 29.97 frames per second taken for 30.
 constexpr double clock_sigma = 1e-3;
-// An uncalibrated gyro's scale is no farther off: the film's clock is.
+// A difference above an uncalibrated gyro's scale error comes from the film's clock.
 constexpr double surprising_rate = 0.025;
 
 // The yaw rates of a film or a gyro on an even grid [rad/s], smoothed in the same way, so that they
@@ -50,8 +50,8 @@ YawRates yaw_rates_of(const FilmMotion& motion) {
   return rates;
 }
 
-// The slope of a line through ψ over ±h weighs the rates with a parabola, as wide as the weights of
-// a mean over ±h √(3/5).
+// The slope of a line through ψ over ±h weights the rates with a parabola, whose standard deviation
+// is that of a mean over ±h √(3/5).
 YawRates yaw_rates_of(const Series& gyro) {
   YawRates rates{gyro.t_ns.front(), {}};
   const auto half_ns =
@@ -179,7 +179,7 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   FilmAlignment result{.film = name};
   result.offset_ns = turn.first_ns + YawRates::step_ns * best.steps - film.first_ns -
                      std::llround(1e9 * refined.value);
-  // The offset is that of the film's middle.
+  // The offset is determined in the film's middle; at its ends the clock's error adds.
   result.sigma_s = std::hypot(refined.sigma, clock_sigma * 0.5 * YawRates::seconds(film.size()));
   if (const double rate = refined.coefficients[0] - 1.0; std::abs(rate) > surprising_rate)
     add_warning(result.warnings, tools::kind("film_clock_off"), name,

@@ -115,7 +115,7 @@ void measure_film(const Options& options, const daemon::Config& config, const Ma
   const std::size_t warned = films.warnings.size();
   std::vector<CircleRun> circles = measure_circles(track.name, motion, log, alignment.offset_ns,
                                                    config.imu_position[1], films.warnings);
-  alignment.offset_ns -= log.first_ns;  // relative to the log's start, for people
+  alignment.offset_ns -= log.first_ns;  // relative to the log's start, as shown to users
   if (circles.empty() && films.warnings.size() == warned)
     add_warning(films.warnings, tools::kind("no_circle"), track.name, "contains no steady circle");
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());

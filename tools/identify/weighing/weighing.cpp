@@ -182,7 +182,7 @@ CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dim
     const double tape = dimensions.wheelbase.sigma;
     centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};
     centre.front_axle = {share_v * base, std::hypot(share_v * tape, moved)};
-    // Errors of the tape measure change both the same way, those of the loads in opposite ways.
+    // Tape errors change both lengths the same way, load errors in opposite ways.
     const double sigmas = centre.rear_axle->sigma * centre.front_axle->sigma;
     if (sigmas > 0.0)
       centre.correlation = (share_h * share_v * tape * tape - moved * moved) / sigmas;

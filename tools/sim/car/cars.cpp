@@ -13,8 +13,8 @@ namespace {
 
 // Units of the published data: pounds (force), feet, slugs.
 constexpr double foot = 0.3048;          // m
-constexpr double slug = 14.593903;       // kg; also N/m of a lb/ft, N s/m of a lb s/ft
-constexpr double foot_pound = 1.355818;  // N m; also kg m² of a slug ft²
+constexpr double slug = 14.593903;       // kg; also converts lb/ft to N/m, lb s/ft to N s/m
+constexpr double foot_pound = 1.355818;  // N m; also converts slug ft² to kg m²
 
 // Published data of the cars, in the printed units. All numbers: M. Althoff and G. Würsching,
 // "CommonRoad: Vehicle Models", TUM, parameter sets 1 to 3. Except for the tyre radius, the wheels'
@@ -163,8 +163,8 @@ PlantParameters usual_parameters(CarKind car) {
 // without it the car is neutral to loose). It is not in the tyre data, so not in the configuration.
 constexpr double front_compliance = 0.85;
 
-// The difference from the published mass is sprung mass. Dampers grow with the root of the
-// stiffness, which keeps the damping ratio.
+// All of `load` is sprung mass. Damping grows with the square root of the stiffness, so that the
+// damping ratio stays.
 Suspension true_suspension(Suspension s, double load, double stiffness) {
   s.sprung_mass += load;
   s.roll_stiffness_front *= stiffness;

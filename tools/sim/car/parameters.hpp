@@ -89,7 +89,7 @@ struct Assignment {
 /// Parses "name=value". Throws std::invalid_argument for other text.
 [[nodiscard]] Assignment parse_assignment(std::string_view text);
 
-/// A steering servo with dead time, lag and a rate limit; the bus carries its command.
+/// Settings for a steering servo with dead time, lag and a rate limit; the bus carries its command.
 [[nodiscard]] std::vector<Assignment> slow_servo();
 
 /// Throws std::invalid_argument if the value is outside the parameter's limits.

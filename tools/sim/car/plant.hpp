@@ -16,7 +16,7 @@ namespace odomd::sim {
 
 /// The force of one tyre: saturating, load-dependent, with combined longitudinal and lateral slip.
 ///
-/// Each slip is normalised to (force of a linear tyre at this slip) / (largest force of the road):
+/// Each slip is normalised to (force of a linear tyre at this slip) / (largest force by friction):
 ///
 ///   s_x = C_κ κ / (μ F_z),   s_y = C_α tan α / (μ F_z),   s = √(s_x² + s_y²)
 ///
@@ -153,7 +153,7 @@ class Plant {
   /// Vertical load of each wheel [N].
   [[nodiscard]] std::array<double, wheel_count> loads() const { return loads(state_); }
 
-  /// Makes the car roll straight on without slip.
+  /// Sets the car in motion, straight ahead without slip.
   void set_speed(double v_x);
 
  private:

@@ -81,7 +81,7 @@ Plant::WheelMotion Plant::wheel_motion(const State& s, std::size_t wheel) const 
   motion.transport_y = std::max(rolling, 0.5 * std::abs(hub.y));
 
   const double length_y = p.relaxation_length, length_x = 0.5 * p.relaxation_length;
-  // The damping fades out where the relaxation dominates: a few per cent of the stiffness.
+  // The damping fades out above the speed from which relaxation dominates.
   const double fade_speed = 0.2 * p.relaxation_length / p.tyre_damping;
   const double damping =
       rolling < fade_speed

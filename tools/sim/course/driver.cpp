@@ -9,9 +9,9 @@
 namespace odomd::sim {
 namespace {
 
-// The input for a car with rear-wheel drive that slides through a curve: the throttle spins the
-// rear wheels, which uses up their grip, and the front wheels, turned against the curve, keep the
-// sideslip angle β_target, which is opposite to the curve.
+// The input for a car with rear-wheel drive that slides through a curve. The throttle spins the
+// rear wheels, which uses up their grip. The front wheels, turned against the curve, hold the
+// sideslip angle β_target, whose sign is opposite to the curve's.
 PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now, double target,
                       double curvature) {
   constexpr double sideslip_gain = 5.0, yaw_gain = 25.0;  // [1/s]
@@ -29,8 +29,8 @@ PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now, double
   const double yaw_rate = centripetal / speed - sideslip_gain * (target - sideslip);
   const double moment = car.yaw_inertia * yaw_gain * (yaw_rate - now.yaw_rate);
 
-  // The front axle supplies the yaw moment for it, J ψ̈ = l_v F_v - l_h F_h, as far as it grips; the
-  // rear axle gives up lateral force for the rest.
+  // The front axle supplies the yaw moment, J ψ̈ = l_v F_v - l_h F_h, as far as its grip allows;
+  // for the rest the rear axle reduces its lateral force.
   const double rear_share = car.front_axle / (car.front_axle + car.rear_axle);
   const double front_limit = (1.0 - rear_share) * car.mass * grip;  // μ F_z
   const double rear_limit = 0.97 * (rear_share * car.mass * grip);
@@ -48,8 +48,8 @@ PlantInput hold_slide(const PlantParameters& car, const PlantOutput& now, double
   const double s = c * std::tan(std::asin(front_y / front_limit) / c);
   const double slip_angle = s * front_limit / car.cornering_stiffness_front;
 
-  // The rear axle slides: its force is on the friction circle, and the ratio of its slips is that
-  // of their forces: κ / tan α = (F_x / C_κ) / (F_y / C_α). The throttle holds the speed for κ.
+  // The rear axle slides: its force is on the friction circle, and its slips are in the ratio κ /
+  // tan α = (F_x / C_κ) / (F_y / C_α). The throttle keeps the wheel speed that gives κ.
   const double inwards = std::copysign(rear_y, rear_y * curvature);
   const double part = std::clamp(inwards / rear_limit, 0.05, 1.0);
   const double ratio = std::sqrt(1.0 / (part * part) - 1.0);  // F_x / F_y
@@ -186,7 +186,7 @@ std::optional<PlantInput> Driver::slide(const PlantOutput& car, Vector2 rear, do
   sideslip_ += std::clamp(sideslip - sideslip_, -ramp * dt, ramp * dt);
   if (sideslip_ == 0.0 && std::abs(std::atan2(car.v_y, car.v_x)) < grips) return std::nullopt;
 
-  // Limited to about the curvature of the curve: a slide cannot change sides.
+  // Limited to about the curve's curvature: during a slide, its sign must not change.
   const double corrected = path_curvature(car, rear, slide_curvature_, reach) / slide_curvature_;
   return hold_slide(car_, car, sideslip_, slide_curvature_ * std::clamp(corrected, 0.5, 1.5));
 }

@@ -52,7 +52,7 @@ class Driver {
   /// Whether the car is too far off the track to return.
   [[nodiscard]] bool lost() const { return off_track_ > 5.0 * (car_.front_axle + car_.rear_axle); }
 
-  /// The current leg and the position along its track; also after the end.
+  /// The current leg and the position along its track; after the end, those of the last leg.
   [[nodiscard]] const Leg& leg() const { return legs_[std::min(leg_, legs_.size() - 1)]; }
   [[nodiscard]] double along_track() const { return s_; }
 

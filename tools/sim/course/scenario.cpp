@@ -20,7 +20,7 @@ using MakeRoute = decltype(Scenario::route);
 
 // Tracks for cars of any size.
 
-// Straights between rounded corners, which have points with this spacing.
+// A line of straights between rounded corners, as points with this spacing.
 struct Polygon {
   double spacing = 0.0, smoothing = 0.0;  // [m]
   Corners corners;
@@ -43,10 +43,10 @@ TrackPointer circle_through_origin(double radius, double smoothing) {
 
 // Out along x in waves that fade in and out, a turn to the left, back in waves, and a turn.
 struct Weave {
-  double length = 0.0;     // of the way out [m]
+  double length = 0.0;     // of the outward path [m]
   double wave = 0.0;       // length of a wave [m]
   double amplitude = 0.0;  // [m]
-  double gap = 0.0;        // from the way out to the way back [m]
+  double gap = 0.0;        // between outward and return path [m]
   int points = 0;          // in each of the four parts
 };
 TrackPointer weaving(const Weave& weave, double smoothing) {
@@ -89,8 +89,8 @@ MakeRoute on_a_circle(double radius, double smoothing) {
   };
 }
 
-// Laps with a stop after each of the stretches in turn [m]; a stop that less than `least` would
-// follow is left out.
+// Laps with a stop after each of the stretches in turn [m], except within the last `least` metres
+// before the end.
 MakeRoute stop_and_go(const Polygon& line, const std::vector<double>& stretches, double least) {
   return [=](double speed, int laps) {
     constexpr std::array paces{0.7, 1.0, 0.5, 0.85};

@@ -33,8 +33,8 @@ struct Scenario {
 
 [[nodiscard]] std::span<const Scenario> all_scenarios();
 
-/// The first scenario with this name, or that for cars of a size. Throws std::invalid_argument with
-/// all names.
+/// The first scenario with this name (if `size` is given, among those for cars of this size).
+/// Throws std::invalid_argument with all names.
 [[nodiscard]] const Scenario& find_scenario(std::string_view name,
                                             std::optional<CarSize> size = {});
 

@@ -79,8 +79,8 @@ class Imu {
  public:
   Imu(const ParameterSet& truth, std::uint64_t seed);
 
-  /// `dt` since the last reading. `gyro_car`: the car one latency of the gyro ago; `car`: one of
-  /// the accelerometers.
+  /// `dt` since the last reading. `gyro_car`: the car one gyro latency ago; `car`: the car one
+  /// accelerometer latency ago.
   ImuReading read(const PlantOutput& gyro_car, const PlantOutput& car, double dt);
 
  private:
