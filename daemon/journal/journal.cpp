@@ -29,7 +29,8 @@ class SyslogLevel final : public spdlog::custom_flag_formatter {
     // In the order of spdlog's levels, from trace to critical.
     static constexpr std::array priorities{LOG_DEBUG,   LOG_DEBUG, LOG_INFO,
                                            LOG_WARNING, LOG_ERR,   LOG_CRIT};
-    fmt::format_to(std::back_inserter(line), "<{}>", priorities.at(message.level));
+    fmt::format_to(std::back_inserter(line), "<{}>",
+                   priorities.at(static_cast<std::size_t>(message.level)));
   }
   [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
     return std::make_unique<SyslogLevel>();

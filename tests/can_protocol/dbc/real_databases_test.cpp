@@ -69,7 +69,7 @@ void expect_same_layout(const Message& message, const Signal& signal, const json
   EXPECT_EQ(signal.is_multiplexor, expected["is_mux"].get<bool>());
   EXPECT_EQ(signal.multiplexor.has_value(), !expected["mux_ids"].is_null());
   if (signal.multiplexor) {
-    EXPECT_EQ(message.signals[*signal.multiplexor].name, expected["mux_signal"]);
+    EXPECT_EQ(message.signals[*signal.multiplexor].name, expected["mux_signal"].get<std::string>());
     std::set<std::uint64_t> ids;
     for (const MultiplexRange& range : signal.selected_by)
       for (std::uint64_t id = range.first; id <= range.last; ++id) ids.insert(id);
