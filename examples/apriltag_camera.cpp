@@ -303,7 +303,7 @@ int main(int argc, char** argv) try {
   cv::VideoCapture capture(source, film ? cv::CAP_FFMPEG : cv::CAP_V4L2);
   if (!capture.isOpened())
     fail(source, film ? "cannot be read as a film" : "is not a camera, is in use or forbidden");
-  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // a film keeps its own
+  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // has no effect on a film
   capture.set(cv::CAP_PROP_FRAME_HEIGHT, setup.picture.height);
   std::fprintf(stderr, "%s: %g x %g pixels, %.2f pictures/s\n", source.c_str(),
                capture.get(cv::CAP_PROP_FRAME_WIDTH), capture.get(cv::CAP_PROP_FRAME_HEIGHT),

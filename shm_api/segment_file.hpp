@@ -23,7 +23,7 @@ using MappedWords = std::unique_ptr<std::uint64_t, Unmap>;
 /// The path of the segment of this name. Throws std::invalid_argument for an invalid name.
 [[nodiscard]] std::string segment_path(const std::string& name);
 
-/// Identifies a file independent of its name; zeros: none.
+/// Identifies a file independently of its name; zeros: none.
 struct FileId {
   dev_t device = 0;
   ino_t inode = 0;

@@ -20,7 +20,7 @@ class Relay {
   Relay(const Relay&) = delete;
   Relay& operator=(const Relay&) = delete;
 
-  /// The beat's call, once a tick: one store and one FUTEX_WAKE of one thread.
+  /// Called by the beat, once a tick: one store and one FUTEX_WAKE of one thread.
   void ring() noexcept;
 
   /// The privileges of the thread; known when the constructor has returned.

@@ -115,7 +115,7 @@ CameraServer::Received CameraServer::receive(int descriptor, const MessageClocks
   msghdr header{};
   header.msg_iov = &part;
   header.msg_iovlen = 1;
-  // MSG_TRUNC: the true length of a message that is longer than ours.
+  // MSG_TRUNC: returns the true length, also of a message that is longer than `bytes`.
   const ssize_t size = ::recvmsg(descriptor, &header, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Received::nothing : Received::ended;
   if (size == 0) return Received::ended;
