@@ -1,6 +1,6 @@
 // A camera process: finds AprilTags (36h11) in pictures, and sends the car's pose to odomd.
 // docs/camera.md describes how to use it.
-// The unknowns are the car's x, y and yaw and, with the sigmas of that file as prior, its height,
+// The unknowns are the car's x, y and yaw and, with the sigmas of the setup as prior, its height,
 // roll and pitch and each tag's x, y, z and yaw. The pose minimises, over the corners of all tags,
 //   chi2 = sum |observed - projected|^2 / sigma_corner^2 + sum (unknown - prior)^2 / sigma^2,
 // which weights each tag by its covariance. The pose's covariance is P = s2 (J'J)^-1 (Hartley and

@@ -44,7 +44,7 @@ struct SegmentLock {
 void refuse_foreign(const std::string& path);
 
 /// Takes the writer's lock; its file remains after the release. Throws Displaced with the pid when
-/// another writer is alive; otherwise as refuse_foreign does.
+/// another writer is alive; otherwise throws as refuse_foreign does.
 [[nodiscard]] SegmentLock lock_segment(const std::string& path);
 
 /// Recreates the file of a lock that is held, after the file was removed. Throws as lock_segment

@@ -40,7 +40,7 @@ class Effort {
  public:
   explicit Effort(std::size_t comparisons) : left_(comparisons) {}
 
-  /// False once the effort is used up, also for the call that uses it up.
+  /// False once the effort is used up, including the call that uses it up.
   bool spend(std::size_t comparisons) {
     left_ = comparisons > left_ ? 0 : left_ - comparisons;
     return left_ > 0;

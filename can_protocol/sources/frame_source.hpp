@@ -54,8 +54,8 @@ class FrameSource {
   [[nodiscard]] virtual LinkState link() const noexcept = 0;
   [[nodiscard]] virtual const SourceCounters& counters() const noexcept = 0;
 
-  /// Housekeeping, a few times a second, from one thread that is not the beat: reopens interfaces
-  /// that disappeared. May allocate and make system calls; never throws.
+  /// Call a few times a second from one thread that is not the beat: reopens interfaces that
+  /// disappeared. May allocate and make system calls; never throws.
   virtual void maintain() noexcept {}
 
   /// Warnings for the user since the source was opened, in order: the first of each kind, one line.

@@ -101,7 +101,7 @@ std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
 }
 
 LinkState LogFeeder::link() const noexcept {
-  // In this order, because the last frames were pushed before the flag was set.
+  // Read in this order, because the last frames were pushed before the flag was set.
   return finished_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended
                                                                     : LinkState::up;
 }

@@ -13,8 +13,8 @@ namespace odomd::daemon {
 
 class Relay {
  public:
-  /// `wake_all` runs in the relay's thread, once for all rings since the last call. `priority` is
-  /// that of the beat; the relay runs one below.
+  /// `wake_all` runs in the relay's thread, once for all calls of ring() since its last run.
+  /// `priority` is that of the beat; the relay runs one below.
   Relay(int priority, int cpu, std::function<void()> wake_all);
   ~Relay();
   Relay(const Relay&) = delete;

@@ -146,7 +146,7 @@ CameraServer::Admission CameraServer::admit(FileDescriptor connection, Peer peer
     refuse(std::move(connection), -EBUSY);
     return Admission::refused;
   }
-  // The beat may be reading this socket: it sees the shutdown, and close_ended() closes and
+  // The beat may be reading this socket. After it sees the shutdown, close_ended() closes and
   // replaces the socket.
   ::shutdown(idlest->state.load(std::memory_order_relaxed), SHUT_RDWR);
   idlest->successor = std::move(connection);
