@@ -6,13 +6,13 @@
 
 namespace odomd {
 
-/// Wait-free. Exactly one thread may call `add` and `set`; any thread may call `get`. The orderings
-/// are relaxed: a reader sees some recent value, and no other memory through it.
+/// Wait-free. Exactly one thread may call `add` and `set`; any thread may call `get`. The memory
+/// order is relaxed: a reader gets a recent value, but no guarantee about other memory.
 class Counter {
  public:
   Counter() = default;
   Counter(const Counter& other) : value_(other.get()) {}
-  Counter& operator=(const Counter& other) {  // NOLINT(cert-oop54-cpp): sets itself to itself
+  Counter& operator=(const Counter& other) {  // NOLINT(cert-oop54-cpp): self-assignment works
     set(other.get());
     return *this;
   }

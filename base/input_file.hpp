@@ -23,7 +23,7 @@ struct Packing {
 [[nodiscard]] std::string_view kind_of_no_file(const std::filesystem::path& file);
 
 /// The reason why a file cannot be read as text, with the fix: "is a named pipe; name a file".
-/// Empty if it can be read, as can an unnamed pipe: a shell's <(command).
+/// Empty if it can be read; unnamed pipes can, such as a shell's <(command).
 [[nodiscard]] std::string problem_with_input(const std::filesystem::path& file);
 
 }  // namespace odomd

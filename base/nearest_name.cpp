@@ -20,7 +20,7 @@ int replace_cost(char a, char b) {
   return lower(a) == lower(b) ? case_edit : whole_edit;
 }
 
-// The rest of longer input is not compared: it may be a whole file.
+// Only this many characters are compared: the input may be a whole file.
 constexpr std::size_t longest_name = 64;
 
 int edit_distance(std::string_view a, std::string_view b) {

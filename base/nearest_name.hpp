@@ -12,11 +12,11 @@ namespace odomd {
 [[nodiscard]] std::string_view nearest_name(std::string_view wanted,
                                             std::span<const std::string> names);
 
-/// Whether one is probably a misspelling of the other: at most one edit, or two from 8 bytes on.
+/// Whether one probably misspells the other: at most one edit, or two if both have 8 bytes or more.
 [[nodiscard]] bool resembles(std::string_view a, std::string_view b);
 
-/// The name that was probably meant, or none: the first that begins with `given` (for one or two
-/// letters, only if no other does), otherwise the nearest name if it resembles `given`.
+/// The name that was probably meant, or none: the first that begins with `given` (if that has one
+/// or two letters, only if no other name does), otherwise the nearest name if it resembles `given`.
 [[nodiscard]] std::string_view likely_name(std::string_view given,
                                            std::span<const std::string> names);
 

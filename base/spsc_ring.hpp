@@ -21,7 +21,7 @@ class SpscRing {  // NOLINT(clang-analyzer-optin.performance.Padding): a cache l
   SpscRing& operator=(const SpscRing&) = delete;
   ~SpscRing() = default;
 
-  /// False when it is full: nothing is overwritten.
+  /// Returns false, and overwrites nothing, when the ring is full.
   bool push(const T& value) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - seen_head_ == capacity) {

@@ -6,9 +6,9 @@
 // places the offset in [realtime - after, realtime - before]. The intersection of all readings
 // gives the offset to a few nanoseconds; an empty intersection means a step.
 //
-// A stamp that was taken before a step is converted by the offset of that time: each offset has the
-// span of MONOTONIC in which it may have applied, and a stamp belongs to the newest offset that
-// converts it to a time in its span.
+// A stamp from before a step is converted with the offset of that time. Each offset has a span of
+// MONOTONIC in which it may have applied. The newest offset that converts a stamp to a time in the
+// offset's span is used.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ struct ClockReading {
 };
 
 /// Reads the clocks without a system call where the machine has a vDSO clock source. When a reading
-/// was interrupted, reads again, at most twice, and returns the closest reading. Real-time safe.
+/// was interrupted, reads again, at most twice, and returns the fastest reading. Real-time safe.
 [[nodiscard]] ClockReading read_clocks() noexcept;
 
 enum class ClockEvent : std::uint8_t { none, stepped, suspended };
@@ -43,7 +43,7 @@ enum class ClockEvent : std::uint8_t { none, stepped, suspended };
 /// Real-time safe. Reads no clock itself. For one thread.
 class WallClock {
  public:
-  /// A frame waits no longer than this for its drain.
+  /// No frame waits longer than this until it is drained.
   static constexpr std::int64_t max_age_ns = 10'000'000'000;
 
   /// What happened since the previous reading: the wall clock was stepped, or the machine was
@@ -98,7 +98,7 @@ class WallClock {
     std::int64_t low = 0;
     std::int64_t high = 0;
 
-    /// Intersects with another; false, and unchanged, when the intersection is empty.
+    /// Intersects with another; when that would be empty, returns false and changes nothing.
     bool narrow(const Interval& other) noexcept {
       if (other.low > high || other.high < low) return false;
       low = std::max(low, other.low);

@@ -17,7 +17,7 @@ namespace odomd::can {
 /// Append-only; any thread except the beat may look up and add.
 class BusNames {
  public:
-  /// The index of the bus, added if there is room; empty when there are more than max_buses.
+  /// The index of the bus, which is added if it is new; empty when there is no room.
   std::optional<std::uint8_t> index_of(std::string_view name) {
     const std::scoped_lock lock(mutex_);
     for (std::size_t i = 0; i < count_; ++i)

@@ -47,10 +47,10 @@ inline constexpr std::uint32_t id_without_priority = 0x03FF'FFFFU;
   return (id >> 16U & 0xFFU) < 240 ? 0x03FF'0000U : 0x03FF'FF00U;
 }
 
-/// In a key to listen to: this bit selects all identifiers of the key's J1939 group.
+/// In a key for receive filters, this bit selects all identifiers of the key's J1939 group.
 inline constexpr std::uint32_t j1939_group_flag = 0x4000'0000U;
 
-/// Identifier and format in one number, to compare and to look frames up by.
+/// Identifier and format in one number, for comparing and looking up frames.
 [[nodiscard]] constexpr std::uint32_t frame_key(std::uint32_t id, IdFormat format) {
   return id | (format == IdFormat::extended ? 0x8000'0000U : 0U);
 }

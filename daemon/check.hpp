@@ -1,5 +1,5 @@
-// `odomd --check`: a summary of what odomd makes of the configuration, for a person to read before
-// the car drives.
+// `odomd --check`: a summary of the configuration as odomd understands it, for a person to read
+// before the car drives.
 #pragma once
 
 #include <span>

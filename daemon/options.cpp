@@ -26,7 +26,7 @@ auto parsed(std::string_view option, Parse parse) {
   }
 }
 
-/// The directory of the sockets of a daemon that is started by hand, as its clients know it.
+/// The directory in which clients look for the sockets of a daemon that is started by hand.
 std::filesystem::path socket_directory() {
   char* path = nullptr;
   if (odomi_socket_directory(ODOMI_SERVICE_DIRECTORY, &path) != ODOM_OK) throw std::bad_alloc();
@@ -90,14 +90,14 @@ std::vector<Used> created_files(const Config& config) {
   return all;
 }
 
-/// Each file that the daemon creates needs a path unlike all others that it creates or reads.
+/// Each file that the daemon creates must differ in path from all others it creates or reads.
 void require_distinct_paths(const Config& config) {
   const auto is_same = [](const std::filesystem::path& lhs, const std::filesystem::path& rhs) {
     std::error_code missing;
     if (std::filesystem::equivalent(lhs, rhs, missing)) return true;
     const auto a = std::filesystem::weakly_canonical(lhs, missing);
     const auto b = std::filesystem::weakly_canonical(rhs, missing);
-    // Empty: no permission to search a folder.
+    // The path is empty if a folder may not be searched.
     return a.empty() || b.empty() ? lhs.lexically_normal() == rhs.lexically_normal() : a == b;
   };
   std::vector<Used> others{{"the configuration", config.file}};

@@ -79,7 +79,7 @@ std::vector<std::string> interfaces_of(const Config& config) {
   return interfaces;
 }
 
-/// Resumes from the last pose if it is recent. A log file starts a drive of its own.
+/// Resumes from the last pose if it is recent. With log files only, a new drive starts.
 bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecessor,
             const Config& config, const RunSettings& settings) {
   const bool all_files = std::ranges::all_of(config.can.sources, [](const auto& source) {

@@ -1,6 +1,6 @@
 // A camera process: finds AprilTags (36h11) in pictures, and sends the car's pose to odomd.
 // docs/camera.md describes how to use it.
-// The unknowns are the car's x, y and yaw and, with the sigmas of that file as prior, its height,
+// The unknowns are the car's x, y and yaw and, with the sigmas of the setup as prior, its height,
 // roll and pitch and each tag's x, y, z and yaw. The pose minimises, over the corners of all tags,
 //   chi2 = sum |observed - projected|^2 / sigma_corner^2 + sum (unknown - prior)^2 / sigma^2,
 // which weights each tag by its covariance. The pose's covariance is P = s2 (J'J)^-1 (Hartley and
@@ -303,7 +303,7 @@ int main(int argc, char** argv) try {
   cv::VideoCapture capture(source, film ? cv::CAP_FFMPEG : cv::CAP_V4L2);
   if (!capture.isOpened())
     fail(source, film ? "cannot be read as a film" : "is not a camera, is in use or forbidden");
-  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // a film keeps its own
+  capture.set(cv::CAP_PROP_FRAME_WIDTH, setup.picture.width);  // has no effect on a film
   capture.set(cv::CAP_PROP_FRAME_HEIGHT, setup.picture.height);
   std::fprintf(stderr, "%s: %g x %g pixels, %.2f pictures/s\n", source.c_str(),
                capture.get(cv::CAP_PROP_FRAME_WIDTH), capture.get(cv::CAP_PROP_FRAME_HEIGHT),

@@ -180,7 +180,7 @@ int main(int argc, char** argv) try {
   const char* path_name = nullptr;
   const char* shm = nullptr;
   long cycles = -1;     // no limit
-  double delay = 0.02;  // s, from the pose to the moved steering
+  double delay = 0.02;  // s, from the pose to steering motion
   double speed = 1.0;   // m/s, if the path has no speed
   double max_sigma = lane_sigma;
   double max_sigma_yaw = lane_sigma_yaw;

@@ -35,7 +35,7 @@ void end_where_a_segment_is_cut_short(const char* program) {
 
 void end_if_cut_short(const siginfo_t& info) noexcept {
   if (info.si_code != BUS_ADRERR) return;
-  // Several threads may get here at once: the first one writes the line and ends the process.
+  // Several threads may be here simultaneously: the first one writes the line and ends the process.
   static std::atomic_flag said;
   while (said.test_and_set()) ::pause();
   say(name_of_program);

@@ -25,7 +25,7 @@
 namespace odomd::shm {
 namespace {
 
-// A name that is impossible on any machine is a user error; every other failure is the machine's.
+// A name that is impossible on any machine is a user error; every other failure is a system error.
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)
@@ -190,7 +190,7 @@ FileDescriptor lock_name(const std::string& path) {
   const std::string directory = path.substr(0, std::max<std::size_t>(slash, 1));
   struct stat status {};
   if (stat(directory.c_str(), &status) != 0) fail(path, "inspect its directory");
-  // Uses the directory's inode number: in another namespace its name may be another directory's.
+  // Uses the directory's inode number: in other namespaces the path may name another directory.
   std::string name =
       "odomd-writer:" + std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino) + ":";
   const std::string base = path.substr(slash + 1);
@@ -228,7 +228,7 @@ void refuse_foreign(const std::string& path) {
 
 SegmentLock lock_segment(const std::string& path) {
   refuse_foreign(path);
-  // The name first: a process that cannot get it must not change anything.
+  // Locks the name first: a process that cannot get it must not change anything.
   FileDescriptor name = lock_name(path);
   return {lock_file(path), std::move(name)};
 }

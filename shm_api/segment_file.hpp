@@ -23,7 +23,7 @@ using MappedWords = std::unique_ptr<std::uint64_t, Unmap>;
 /// The path of the segment of this name. Throws std::invalid_argument for an invalid name.
 [[nodiscard]] std::string segment_path(const std::string& name);
 
-/// Identifies a file independent of its name; zeros: none.
+/// Identifies a file independently of its name; zeros: none.
 struct FileId {
   dev_t device = 0;
   ino_t inode = 0;
@@ -44,7 +44,7 @@ struct SegmentLock {
 void refuse_foreign(const std::string& path);
 
 /// Takes the writer's lock; its file remains after the release. Throws Displaced with the pid when
-/// another writer is alive; otherwise as refuse_foreign does.
+/// another writer is alive; otherwise throws as refuse_foreign does.
 [[nodiscard]] SegmentLock lock_segment(const std::string& path);
 
 /// Recreates the file of a lock that is held, after the file was removed. Throws as lock_segment

@@ -67,8 +67,8 @@ enum class Upkeep : std::uint8_t {
 /// complete segment or none.
 class Writer {
  public:
-  /// Start-up only: throws as a Claim does. `info` fills the header; its instance_id, writer_pid,
-  /// writer_start_ns, slots and ABI are set here.
+  /// Start-up only: throws like Claim(). `info` fills the header, except for instance_id,
+  /// writer_pid, writer_start_ns, slots and ABI, which are set here.
   Writer(Claim claim, const odom_info& info);
   /// Also claims the name.
   Writer(const SegmentSettings& settings, const odom_info& info) : Writer(Claim(settings), info) {}

@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view long_name_form =
     R"(write BA_ "SystemSignalLongSymbol" SG_ ID SIGNAL "NAME";)";
 
-/// The value of ProtocolType, and the start of the VFrameFormat J1939PG.
+/// The ProtocolType of J1939; the VFrameFormat "J1939PG" begins with it.
 constexpr std::string_view j1939 = "J1939";
 
 template <typename Named>

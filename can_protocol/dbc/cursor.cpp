@@ -175,7 +175,7 @@ void DbcCursor::check_ending() {
   if (peek().starts_line || at_ == 0 || tokens_[at_ - 1].text == ";" ||
       tokens_[at_ - 1].kind == TokenKind::broken)
     return;
-  // Such a file ends with a receiver or a sender. A node's name that occurred before is probably
+  // The last word must be a receiver or a sender. A node's name that occurred before is probably
   // complete.
   const Token& last = tokens_[at_ - 1];
   const auto before = std::span(tokens_).first(at_ - 1);

@@ -14,7 +14,7 @@
 
 namespace odomd::can {
 
-/// The key of no message, for warnings that concern none.
+/// A key that no message has, for warnings that concern no message.
 inline constexpr std::uint64_t no_message = ~std::uint64_t{0};
 
 /// A mistake in a statement. Only that statement is left out, unless the file ends there.
@@ -60,8 +60,8 @@ class DbcCursor {
   /// A finite decimal number; `.25` is accepted with a warning.
   double take_number(std::string_view what, std::string_view fix);
 
-  /// The ';' of the statement that began with `keyword`. When the next statement begins instead,
-  /// warns and continues.
+  /// Takes the ';' of the statement that began with `keyword`. When the next statement begins
+  /// instead, warns and continues.
   void end_statement(std::string_view keyword);
   /// Skips the rest of the statement, up to its ';' or the next statement.
   void skip_to_end();
@@ -70,8 +70,8 @@ class DbcCursor {
   /// Recovers from a mistake: skips to the next line that begins with a keyword. Throws nothing.
   void skip_to_statement();
 
-  /// At the end of the file: rejects a last line that lacks its line end and looks truncated, and
-  /// warns if it may be truncated.
+  /// At the end of the file: if the last line has no line end, rejects it if it looks truncated,
+  /// otherwise warns.
   void check_ending();
 
   [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view fix) const;

@@ -11,7 +11,7 @@
 namespace odomd::can {
 namespace {
 
-/// Databases of production cars have a tenth of this size.
+/// Databases of production cars are a tenth of this size.
 constexpr std::size_t largest_file = std::size_t{16} << 20U;
 
 /// Does not use the file size, which a pipe does not have.

@@ -48,8 +48,8 @@ struct Signal {
   std::vector<ValueName> values;  ///< in the file's order
 
   bool is_multiplexor = false;
-  /// For a multiplexed signal: the index in Message::signals of its multiplexor, and the raw values
-  /// that select it; none if the file gives none. The multiplexor may itself be multiplexed.
+  /// For a multiplexed signal: its multiplexor's index in Message::signals, and those raw values of
+  /// the multiplexor that select it (may be empty). The multiplexor may be multiplexed, too.
   std::optional<std::size_t> multiplexor;
   std::vector<MultiplexRange> selected_by;
 
@@ -67,8 +67,8 @@ struct Message {
   std::string name;
   std::string short_name;  ///< name in its BO_, if `name` is a long one (SystemMessageLongSymbol)
   std::uint32_t id = 0;    ///< without flags
-  /// The bits of `id` that a frame must match. For J1939 the group's, plus the addresses' if the
-  /// file has several messages of the group.
+  /// The bits of `id` that a frame must match. For J1939 the bits of the group, and those of the
+  /// addresses if the file has several messages of it.
   std::uint32_t id_mask = whole_id;
   IdFormat format = IdFormat::standard;
   FrameProtocol protocol = FrameProtocol::classic;

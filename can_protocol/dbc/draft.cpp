@@ -12,7 +12,7 @@ namespace {
 
 using Bits = std::bitset<max_payload * 8>;
 
-/// Real databases are nested two or three deep.
+/// Multiplexors in real databases are nested two or three deep.
 constexpr std::size_t deepest_multiplexing = 16;
 
 /// The multiplexors of a message, as marked in its SG_.
@@ -47,7 +47,7 @@ void find_implied_multiplexor(DraftMessage& draft, std::size_t i, const Multiple
   if (all.roots == 0 && others == 0)
     return cursor.warn(signal.line, name + " is multiplexed, but message '" + draft.message.name +
                                         "' has no multiplexor; treated as always present");
-  // A nested multiplexor is selected by the root; any other signal could be selected by either.
+  // The root selects a nested multiplexor; any other signal could have either as its multiplexor.
   if (all.roots != 1 || (others > 0 && !signal.is_multiplexor))
     return leave_out(draft, i, signal.line,
                      "expected one multiplexor for " + name + ", found " +

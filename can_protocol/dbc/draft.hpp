@@ -13,7 +13,7 @@
 
 namespace odomd::can {
 
-/// The multiplexing of one signal from SG_ (`m3`) and SG_MUL_VAL_, and whether it can be used.
+/// A signal's multiplexing from SG_ (`m3`) and SG_MUL_VAL_, and whether the signal is usable.
 struct DraftSignal {
   bool left_out = false;
   bool marked = false;  ///< `m`, with or without a number
@@ -34,13 +34,13 @@ struct DraftMessage {
 [[nodiscard]] std::optional<std::size_t> find_signal(const DraftMessage& draft,
                                                      const std::string& name);
 
-/// The comparisons that are left for a file: a limit, since the number of pairs of signals and of
-/// their multiplexor values grows quadratically.
+/// The remaining budget of comparisons in a file: the pairs of signals and of their multiplexor
+/// values grow quadratically.
 class Effort {
  public:
   explicit Effort(std::size_t comparisons) : left_(comparisons) {}
 
-  /// False once the effort is used up, also for the call that uses it up.
+  /// False once the effort is used up, including the call that uses it up.
   bool spend(std::size_t comparisons) {
     left_ = comparisons > left_ ? 0 : left_ - comparisons;
     return left_ > 0;

@@ -117,8 +117,8 @@ class Lexer {
     return at >= text_.size() || text_[at] == '\n';
   }
 
-  /// Whether a quote before `at` closes a text, according to its context: a unit, a list item
-  /// before another, or a value's name before the next value.
+  /// Whether the context shows that the quote before `at` closes a text: a unit, a list item before
+  /// another item, or a value's name before the next value.
   [[nodiscard]] bool is_closed_by_context(std::size_t at) const {
     at = next_after(at);
     if (at >= text_.size()) return true;

@@ -35,7 +35,7 @@ enum class Encoding : std::uint8_t { utf8, other };
 /// Whether a statement of the DBC format begins with this word.
 [[nodiscard]] bool is_dbc_keyword(std::string_view word);
 
-/// How a message shows a token: 'word', a shortened "text", end of file.
+/// A token as error messages show it: 'word', a shortened "text", end of file.
 [[nodiscard]] std::string show(const Token& token);
 
 /// "file:line: text"

@@ -12,7 +12,7 @@
 
 namespace odomd::can {
 
-/// Messages by identifier; the first database with it applies. Databases must outlive the index.
+/// Messages by identifier; if databases share one, the first applies. They must outlive the index.
 class MessageIndex {
  public:
   explicit MessageIndex(std::span<const Database> databases) {

@@ -15,7 +15,7 @@ constexpr std::uint32_t largest_standard_id = 0x7FFU;
 constexpr std::uint32_t largest_extended_id = 0x1FFF'FFFFU;
 constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 
-/// Limit for finding overlapping signals: takes a fraction of a second; real databases need less.
+/// Limit of the search for overlapping signals, a fraction of a second; real databases need less.
 constexpr std::size_t comparisons = std::size_t{1} << 25U;
 
 constexpr std::string_view signal_form =

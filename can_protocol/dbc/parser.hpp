@@ -71,9 +71,9 @@ class DbcParser {
     IdFormat format = IdFormat::standard;
     bool flag_missing = false;
   };
-  /// Bit 31 of the number marks an extended identifier. Empty if no frame can have it.
+  /// Bit 31 of the number marks an extended identifier. Empty if no frame can have the identifier.
   [[nodiscard]] static std::optional<Identifier> identifier_of(std::uint64_t number);
-  /// A whole number; 2^64 - 1, which no frame has, if it is negative or too large.
+  /// Takes a whole number; returns 2^64 - 1, which no frame has, for a negative or too large one.
   std::uint64_t take_identifier(std::string_view what, std::string_view fix);
   /// The key in by_key_: frame_key, or the number itself if no frame can have it.
   [[nodiscard]] static std::uint64_t key_of(std::uint64_t number);
@@ -84,8 +84,8 @@ class DbcParser {
     std::uint64_t number = 0;
   };
   Reference reference(std::string statement);
-  /// Reads the signal's name in a statement that decides what its values mean. If there is a
-  /// mistake in the rest of the statement, the signal is left out.
+  /// Reads the signal's name in a statement that defines the meaning of the signal's values. If
+  /// there is a mistake in the rest of the statement, the signal is left out.
   std::string take_meaning(const Reference& of, std::string_view form);
   /// The message; null if it was ignored or, with a warning, if it is unknown.
   DraftMessage* find(const Reference& reference);
@@ -106,7 +106,7 @@ class DbcParser {
   bool inside_message_ = false;
   std::map<std::uint64_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
   std::vector<std::function<void()>> later_;
-  /// The signal, or in a BO_ the message, that a mistake in the current statement leaves out.
+  /// The signal (in a BO_: the message) to leave out if the current statement has a mistake.
   std::optional<std::pair<Reference, std::string>> lost_signal_;
   std::string lost_message_;
   std::vector<LeftOut> left_out_;                               ///< messages

@@ -122,7 +122,7 @@ std::vector<ValueName> DbcParser::values(std::string_view form) {
     const Token token = cursor_.peek();
     const double raw = cursor_.take_number("a raw value", form);
     std::string text = cursor_.take_line("the value's name in quotes", form);
-    // 2^63 as a double: the largest raw value.
+    // 2^63 as a double: raw values are smaller.
     if (raw != std::nearbyint(raw) || std::abs(raw) >= 9223372036854775808.0)
       cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is not a raw value");
     else

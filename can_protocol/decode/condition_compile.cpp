@@ -39,7 +39,7 @@ CompiledCondition compile_condition(const SignalBinding& binding, const Signal& 
                                     const ValidWhen& condition) {
   if (condition.comparison == Comparison::equals || condition.comparison == Comparison::not_equals)
     return {compile_match(binding, signal, condition.value), condition.comparison, 0.0};
-  // With the tolerance, rounding never moves a value that equals the limit below the limit.
+  // The tolerance keeps rounding from moving a value equal to the limit below the limit.
   return {{layout_of(signal), 0},
           condition.comparison,
           condition.value - tolerance(signal, condition.value)};

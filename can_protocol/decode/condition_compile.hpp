@@ -8,7 +8,7 @@
 
 namespace odomd::can {
 
-/// Throws std::invalid_argument that names the role, as all functions here do.
+/// Throws std::invalid_argument, naming the role. The other functions here throw it, too.
 [[noreturn]] void refuse(const SignalBinding& binding, const std::string& text);
 
 /// The signal's bits at a physical value; refuses a value that the signal cannot have.

@@ -64,8 +64,8 @@ Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
 }
 
 /// Whether the raw value is all ones (unsigned) or either end of the range (signed). Control units
-/// send such values until the sensor has measured, and no sensor is at its end when a car starts,
-/// so they are rejected until another value comes. Signals of under 8 bits may be at an end.
+/// send such values until the sensor has measured. No real value is at an end when a car starts, so
+/// they are rejected until another comes. Signals of under 8 bits may be at an end.
 bool is_at_an_end(const SignalLayout& signal, const Frame& frame) noexcept {
   constexpr unsigned shortest_measurement = 8;  // bits
   if (signal.length < shortest_measurement) return false;

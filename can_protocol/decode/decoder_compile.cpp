@@ -107,7 +107,7 @@ class Compiler {
     CompiledMessage compiled;
     compiled.bindings = {size_of(tables_.bindings),
                          static_cast<std::uint32_t>(group.bindings.size())};
-    // A control unit that was silent for longer has restarted.
+    // A control unit that was silent for longer than this has restarted.
     compiled.restart_ns = std::max<std::int64_t>(1'000'000'000, 3 * message.cycle_time_ns);
     BoundMessage bound{message.name,          message.id, message.format,
                        message.cycle_time_ns, {},         message.id_mask};

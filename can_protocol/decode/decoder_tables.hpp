@@ -34,8 +34,8 @@ struct CompiledMatch {
   std::uint64_t bits = 0;
 };
 
-/// A condition of a valid value: the bits equal those of the match, or do not, or the physical
-/// value is below `limit`, or at least `limit`.
+/// A condition of a valid value: the bits are equal or unequal to those of `match`, or the physical
+/// value is below `limit` or at least `limit`.
 struct CompiledCondition {
   CompiledMatch match;
   Comparison comparison = Comparison::equals;

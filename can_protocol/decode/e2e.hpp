@@ -103,7 +103,7 @@ class E2eTrust {
       failures_ = static_cast<std::uint16_t>(failures_ * 2U + (failed ? 1U : 0U));
       after_error_ = status == E2eStatus::error;
     }
-    // Usually zero; std::popcount is a function call on CPUs without the instruction.
+    // `failures_` is usually 0; std::popcount is a function call on CPUs without the instruction.
     const bool few = failures_ == 0 || std::popcount(failures_) <= max_failed;
     return few && !behind_error;
   }

@@ -14,8 +14,8 @@ namespace odomd::can {
 
 using NameWords = std::vector<std::string>;
 
-/// The words in lower case: YawRate, YAW_RATE and yaw_rate are yaw and rate. A word begins after
-/// anything but a letter, and at the second capital of "YawRate" or "WheelFL".
+/// The words in lower case: YawRate, YAW_RATE and yaw_rate are yaw and rate. A word begins after a
+/// character that is not a letter, and at the second capital of "YawRate" or "WheelFL".
 [[nodiscard]] NameWords words_of(std::string_view name);
 
 /// Whether `shorter` is like "whl" for "wheel" or "acc" for "acceleration": at least three letters

@@ -33,7 +33,7 @@ enum class Comparison : std::uint8_t { equals, not_equals, below, at_least };
 inline constexpr std::array<std::string_view, 4> comparison_names{"equals", "not_equals", "below",
                                                                   "at_least"};
 
-/// Accepts a sample only if the physical value of another signal of the message compares like this.
+/// Accepts a sample only if `comparison` holds between another signal of its message and `value`.
 struct ValidWhen {
   std::string signal;
   double value = 0.0;

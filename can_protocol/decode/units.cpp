@@ -48,7 +48,7 @@ constexpr std::string_view other_units =
     "deg/s2 m/s3 mm/s2 cm/s2 ft/s2 mg rps r/s 1/s hz khz m mm cm km s ms min h v mv volt volts a "
     "ma amps w kw nm n kg bar kpa degc celsius";
 
-/// Whether the list, whose words blanks separate, has the word.
+/// Whether the blank-separated list contains the word.
 bool has_word(std::string_view list, std::string_view word) {
   for (std::size_t at = 0; !word.empty() && at < list.size();) {
     const std::size_t end = std::min(list.find(' ', at), list.size());
@@ -58,8 +58,8 @@ bool has_word(std::string_view list, std::string_view word) {
   return false;
 }
 
-/// Words and their symbols in the order of replacement: a word that begins another comes later.
-/// Some editors cut words off: "Unit_DegreOfArcPerSecon".
+/// Words and their symbols in the order of replacement: the prefix of a word comes after it. Some
+/// editors cut words off: "Unit_DegreOfArcPerSecon".
 constexpr std::string_view words =
     "unit_= percent=% pct=% ofarc= forceofgravity=g forceofgravi=g minuteinverse=1/min "
     "minutinver=1/min per=/ squared=2 square=2 squar=2 milli=m centi=c kilo=k meters=m metres=m "

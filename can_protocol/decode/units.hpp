@@ -20,7 +20,7 @@ namespace odomd::can {
 /// The spelling in a configuration: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
 
-/// Whether a unit is one of angular velocity: in turns per minute (revolutions), or any (rotation).
+/// Whether a unit is in turns per minute (revolutions), or any unit of angular velocity (rotation).
 [[nodiscard]] constexpr bool is_revolutions(Unit unit) noexcept {
   return unit == Unit::rpm || unit == Unit::erpm;
 }
@@ -28,7 +28,7 @@ namespace odomd::can {
   return is_revolutions(unit) || unit == Unit::rad_per_s || unit == Unit::deg_per_s;
 }
 
-/// The factor from a physical value to SI. rpm is an angular velocity: to rad/s.
+/// The factor from a physical value to SI. For rpm it gives an angular velocity in rad/s.
 [[nodiscard]] double si_factor(Unit unit) noexcept;
 
 /// The dimension of the quantity in SI: turns per minute give a speed, since they need a radius.

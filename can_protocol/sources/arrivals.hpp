@@ -37,7 +37,7 @@ class LiveStamps {
     const bool first = last_stamp_ns_ == 0;
     last_stamp_ns_ = stamp_ns;
     last_now_ns_ = now_ns;
-    // Being late alone is no step: frames that a process held back are late, but their stamps rise.
+    // Lateness alone is no step: frames that a process held back are late, but their stamps rise.
     const bool set = ahead > step_ns || stamps < -step_ns;
     return live() && !first && set ? std::optional(ahead) : std::nullopt;
   }
@@ -58,8 +58,8 @@ class LiveStamps {
 /// lines of a log that is written faster than real time arrive earlier and earlier relative to
 /// their stamps. With a live producer the smallest differences of two windows agree. Lines that
 /// come later than expected prove less, as any line may be held up: they need longer windows with
-/// more lines. There the smallest delay must not fall, as it does after a pause; with a slow clock
-/// it rises.
+/// more lines. There the smallest delay must not fall: it falls after a pause, and rises with a
+/// slow clock.
 ///
 /// Pure logic on given times. For use by one thread.
 class SmallestDelay {
@@ -73,9 +73,9 @@ class SmallestDelay {
   };
   explicit SmallestDelay(Trend trend = Trend::steady) noexcept : trend_(trend) {}
 
-  /// Adds a line that arrived at `now_ns`, while the reader was waiting. At the end of a window
-  /// that has this trend since the previous one, returns the smallest arrival - stamp of both;
-  /// otherwise empty.
+  /// Adds a line that arrived at `now_ns`, while the reader was waiting. At the end of a window, if
+  /// its change since the previous window fits the trend, returns the smallest arrival - stamp of
+  /// both windows; otherwise empty.
   [[nodiscard]] std::optional<std::int64_t> take(std::int64_t stamp_ns,
                                                  std::int64_t now_ns) noexcept {
     if (smallest_ns_ == none) start_ns_ = now_ns;
@@ -111,13 +111,13 @@ class SmallestDelay {
 /// is slow or was stepped back. Pure logic on given times. For use by one thread.
 class Arrivals {
  public:
-  /// Lines are released `lead_ns` after their arrival, and the clock moves by less than `most_ns`
-  /// at once. `clock` must outlive this.
+  /// Lines are released `lead_ns` after their arrival; each step of the clock is less than
+  /// `most_ns`. `clock` must outlive this.
   Arrivals(LogClock& clock, std::int64_t lead_ns, std::int64_t most_ns) noexcept
       : clock_(clock), lead_ns_(lead_ns), most_ns_(most_ns) {}
 
-  /// Adds a line that arrived at `now_ns`, while the reader was waiting. Returns by how much the
-  /// clock advanced because lines come earlier than it expected; negative: later; 0: unchanged.
+  /// Adds a line that arrived at `now_ns`, while the reader was waiting. Returns the advance of the
+  /// clock: positive if lines come earlier than expected, negative if later, 0 if it is unchanged.
   std::int64_t take(std::int64_t stamp_ns, std::int64_t now_ns) noexcept {
     const auto earlier = earlier_.take(stamp_ns, now_ns);
     const auto later = later_.take(stamp_ns, now_ns);

@@ -125,7 +125,7 @@ class Parser {
       if (flags == no_digit) return fail("the digit of the CAN FD flags");
       ++at_;
       frame.protocol = FrameProtocol::fd;
-      frame.fd_flags = flags & 0x3U;  // the kernel may set its bit 2, "this is CAN FD", as well
+      frame.fd_flags = flags & 0x3U;  // the kernel may also set bit 2, "this is CAN FD"
       if (!payload(max_payload)) return false;
       return is_fd_length(frame.length) ||
              fail("a CAN FD payload of 0-8, 12, 16, 20, 24, 32, 48 or 64 bytes");

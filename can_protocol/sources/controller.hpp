@@ -38,7 +38,7 @@ struct Controller {
   std::optional<std::uint32_t> clock_hz;
   std::vector<std::string_view> modes;  ///< those that are on: "loopback", "listen_only", "fd", ...
   std::optional<can_berr_counter> errors;  ///< the controller's transmit and receive counters
-  /// Counts since the driver was loaded, which wrap. error_warning, error_passive and bus_off: how
+  /// Counts since the driver was loaded; they wrap. error_warning, error_passive and bus_off: how
   /// often the state was entered.
   std::optional<can_device_stats> statistics;
 };

@@ -13,15 +13,15 @@
 
 namespace odomd::can {
 
-/// Real-time safe, no clock of its own. For use by one thread.
+/// Real-time safe. Reads no clock itself. For use by one thread.
 class DeviceClock {
  public:
   /// The rate of the leak; two crystals differ by less than 100 parts per million.
   static constexpr std::int64_t drift_per_million = 200;
-  /// When the device clock jumps ahead, the minimum falls at once. When it jumps back, all
+  /// When the device clock jumps ahead, the minimum falls immediately. When it jumps back, all
   /// differences grow, and the smallest difference in a window replaces the minimum.
   static constexpr std::int64_t window_ns = 1'000'000'000;
-  /// A difference that exceeds the minimum by more is not a latency: the conversion restarts.
+  /// A larger excess over the minimum cannot be a latency: the conversion restarts.
   static constexpr std::int64_t restart_ns = 1'000'000'000;
 
   /// The hardware stamp on CLOCK_MONOTONIC: never after `software_ns`, the software stamp of the

@@ -1,4 +1,4 @@
-// Receives many frames of the kernel from a socket with one system call, each with its time.
+// Receives many frames and their times from a kernel socket with one system call.
 #pragma once
 
 #include <linux/can.h>

@@ -54,12 +54,12 @@ class FrameSource {
   [[nodiscard]] virtual LinkState link() const noexcept = 0;
   [[nodiscard]] virtual const SourceCounters& counters() const noexcept = 0;
 
-  /// Housekeeping, a few times a second, from one thread that is not the beat: reopens interfaces
-  /// that disappeared. May allocate and make system calls; never throws.
+  /// Call a few times a second from one thread that is not the beat: reopens interfaces that
+  /// disappeared. May allocate and make system calls; never throws.
   virtual void maintain() noexcept {}
 
-  /// Warnings for the user since the source was opened, in order: one line, the first, of each
-  /// kind. The list only grows. Call from the thread that calls `maintain`.
+  /// Warnings for the user since the source was opened, in order: the first of each kind, one line.
+  /// The list only grows. Call from the thread that calls `maintain`.
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 
   /// The name that the user gave: "can0", "drive.log", "-".

@@ -75,8 +75,8 @@ class LogClock {
     return by >= 2 * period_ns_ && by < most_ns ? advance_by(by) : 0;
   }
 
-  /// The opposite, when all lines of a feeder are late: sets the clock back and returns by how
-  /// much. The clock stays unchanged while the lines of another feeder are in time.
+  /// The opposite of advance(), for a feeder whose lines are all late: sets the clock back and
+  /// returns by how much. The clock stays unchanged while the lines of another feeder are in time.
   std::int64_t set_back(std::int64_t stamp_ns, std::int64_t earliest_ns, std::int64_t most_ns,
                         std::int64_t now_ns) noexcept {
     constexpr std::int64_t recent_ns = 600'000'000;

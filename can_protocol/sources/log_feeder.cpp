@@ -30,8 +30,8 @@ bool is_pipe(int descriptor) {
   return ::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode);
 }
 
-/// The time from reading the first frame to its release. In a file, the reader needs it to run
-/// ahead; for a pipe, which may be live, it is short, since it adds latency.
+/// The time from reading the first frame to its release. For a file, it lets the reader run ahead;
+/// for a pipe, which may be live, it is short, since it adds latency.
 std::int64_t head_start(bool pipe, std::int64_t period_ns) {
   return pipe ? 2 * period_ns : LogFeeder::ahead_ns;
 }
@@ -101,7 +101,7 @@ std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
 }
 
 LinkState LogFeeder::link() const noexcept {
-  // In this order, because the last frames were pushed before the flag was set.
+  // Read in this order, because the last frames were pushed before the flag was set.
   return finished_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended
                                                                     : LinkState::up;
 }

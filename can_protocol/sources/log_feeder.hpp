@@ -21,12 +21,12 @@
 namespace odomd::can {
 
 /// The thread runs from construction to destruction and passes frames through a ring, up to
-/// `ahead_ns` before their time (`pipe_ahead_ns` for a pipe); the drain holds them back until a
+/// `ahead_ns` before they are due (`pipe_ahead_ns` for a pipe); the drain holds them back until a
 /// tick is due. A frame whose time has passed (the input is late, or its stamps go backwards) is
-/// released at once; at a gap the thread waits; a stamp of zero means none, and the frame is
-/// released at once with time 0. Error frames are counted, but not delivered. For a live pipe, a
-/// step of the clock behind its stamps is detected and followed, and so are lines that come earlier
-/// or later relative to their stamps than before (arrivals.hpp).
+/// released immediately; at a gap the thread waits. The stamp zero means none: the frame is
+/// released immediately with time 0. Error frames are counted, but not delivered. For a live pipe,
+/// a step of the clock behind its stamps is detected and followed, and so are lines that come
+/// earlier or later relative to their stamps than before (arrivals.hpp).
 ///
 /// Lines, frames and their stamps are judged as MergedLog judges them, so that a replay uses the
 /// same frames; a pipe is not read ahead, though. Lines without a frame are counted as malformed.
@@ -34,8 +34,8 @@ namespace odomd::can {
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;
-  /// The maximum delay of the first line relative to the others. Lines are read this early, not
-  /// left in the pipe.
+  /// The maximum delay of the first line relative to the others. Lines are read this long before
+  /// their release, not left in the pipe.
   static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
 
   /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Only `selected`

@@ -29,7 +29,7 @@ bool has_xl_frame(std::string_view line) {
          std::ranges::all_of(line.substr(at - 5, 5), is_hex);
 }
 
-/// Whether a line without a frame is the rest of a frame, or not even text.
+/// Whether a line without a frame is a fragment of a frame, or is not text.
 bool is_damaged(std::string_view line) {
   if (std::ranges::any_of(line, is_control)) return true;
   const std::string_view text = line.substr(line.find_first_not_of(" \t"));

@@ -1,5 +1,5 @@
 // Reads the lines of a log, and sorts them into frames, lines without a frame, and damaged lines.
-// Replay and daemon both use it, and so use the same frames.
+// Replay and daemon both use this code, so they use the same frames.
 #pragma once
 
 #include <cstddef>

@@ -65,7 +65,7 @@ class LogReader {
   bool ended_ = false;
 };
 
-/// Merges several logs in the order of their stamps; of equal stamps, the log named first comes
+/// Merges several logs in the order of their stamps; if stamps are equal, the log named first comes
 /// first. A log whose stamps go backwards keeps its own order. Frames whose stamps stand alone are
 /// left out. For use by one thread.
 class MergedLog {

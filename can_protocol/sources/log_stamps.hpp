@@ -51,8 +51,8 @@ class LogStamps {
 
   [[nodiscard]] bool ended() const noexcept { return ended_; }
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
-  /// The problem of a log whose frames so far, at least `min_frames`, all have the same stamp, so
-  /// that no time passes; empty otherwise.
+  /// The problem if all frames so far (at least `min_frames`) have the same stamp, so that no time
+  /// passes; empty otherwise.
   [[nodiscard]] std::string describe_one_stamp(std::uint64_t min_frames) const;
   /// Empty, or one line about the frames that were left out.
   [[nodiscard]] std::string warning() const;

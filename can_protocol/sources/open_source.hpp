@@ -21,8 +21,8 @@ enum class SourceKind : std::uint8_t { standard_input, log, interface };
 [[nodiscard]] SourceKind source_kind(const std::string& name);
 
 /// Opens a source for the live daemon. `buses` numbers the interface, or the interfaces of the log;
-/// `clock` maps the stamps of logs. Both must outlive the source. `settings` are those of an
-/// interface, except for the bus; only `selected` frames of a log are read. Throws as LogFeeder and
+/// `clock` maps the stamps of logs. Both must outlive the source. `settings`, except for the bus,
+/// apply to an interface; only `selected` frames of a log are read. Throws as LogFeeder and
 /// SocketCanSource do, and std::invalid_argument at one bus too many.
 [[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,
                                                        LogClock& clock, SocketCanSettings settings,

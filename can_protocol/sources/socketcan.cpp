@@ -81,7 +81,7 @@ std::size_t SocketCanSource::drain(std::span<Frame> frames, std::int64_t /*tick_
 
 void SocketCanSource::adopt_offered() noexcept {
   if (offered_.load(std::memory_order_relaxed) == none) return;
-  // The old socket must be handed back first, because the beat does not close sockets.
+  // The slot for the old socket must be free, because the beat does not close sockets.
   if (socket_ != none && retired_.load(std::memory_order_acquire) != none) return;
   const int fresh = offered_.exchange(none, std::memory_order_acq_rel);
   if (fresh == none) return;
@@ -149,7 +149,7 @@ FileDescriptor SocketCanSource::open_socket(int index) {
   if (!request_stamps(fd, settings_.stamps))
     fail(errno, interface_ + ": the kernel refuses time stamps");
 
-  // Beyond net.core.rmem_max only with CAP_NET_ADMIN. The kernel doubles the requested size.
+  // A size beyond net.core.rmem_max needs CAP_NET_ADMIN. The kernel doubles the requested size.
   if (set(fd, SOL_SOCKET, SO_RCVBUFFORCE, settings_.receive_buffer) != 0)
     set(fd, SOL_SOCKET, SO_RCVBUF, settings_.receive_buffer);
   int granted = 0;
@@ -170,7 +170,7 @@ FileDescriptor SocketCanSource::open_socket(int index) {
   // bind() needs this cast for every kind of socket.
   if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     fail(errno, interface_ + ": cannot bind to the interface");
-  // On an interface that is down, the socket starts with ENETDOWN pending: reading it clears it.
+  // On an interface that is down, the socket starts with ENETDOWN pending: this read clears it.
   int pending = 0;
   size = sizeof pending;
   ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &pending, &size);
@@ -186,7 +186,7 @@ void SocketCanSource::offer(FileDescriptor socket) {
 void SocketCanSource::close_retired() noexcept {
   const int retired = retired_.exchange(none, std::memory_order_acq_rel);
   if (retired == none) return;
-  // The next socket may get the same number, and it is not dead.
+  // The next socket may get the same number, so forget that this one was dead.
   int dead = retired;
   dead_.compare_exchange_strong(dead, none, std::memory_order_acq_rel);
   ::close(retired);

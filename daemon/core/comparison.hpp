@@ -1,6 +1,6 @@
 // Compares one quantity from two sensors: whether they correlate, with which sign, and the factor
-// by which they differ. The daemon compares the last pieces of a drive (wiring.hpp), tools whole
-// drives (tools/identify/common). No heap, no clock, no exceptions.
+// by which they differ. The daemon compares the last pieces of a drive (wiring.hpp), and tools
+// compare whole drives (tools/identify/common). No heap, no clock, no exceptions.
 #pragma once
 
 #include <algorithm>
@@ -55,7 +55,7 @@ class Moments {
   double n_ = 0.0, a_ = 0.0, b_ = 0.0, aa_ = 0.0, bb_ = 0.0, ab_ = 0.0;
 };
 
-/// Moments with exponential forgetting. An offset of either sensor is ignored up to its bound.
+/// Moments with exponential forgetting. Ignores offsets of both sensors up to their bounds.
 class Comparison {
  public:
   struct Bounds {

@@ -1,4 +1,4 @@
-// The bits of odom_pose.conditions: their names, and what they mean to people.
+// The bits of odom_pose.conditions: their names, and their meaning in words.
 #pragma once
 
 #include <odom/types.h>

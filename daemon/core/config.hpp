@@ -123,9 +123,9 @@ struct Config {
 /// The same for a text; `file` is the name in errors, and paths are relative to it.
 [[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
-/// Places the sockets without a path: the camera's and the status socket in `directory`, the
-/// recorders' next to the status socket. Whoever may read the pose may also record it with its
-/// inputs: call this when [shm] is final.
+/// Sets the paths of sockets that have none: the camera's and the status socket are in `directory`,
+/// the recorders' socket is next to the status socket. Whoever may read the pose may also record it
+/// with its inputs: call this when [shm] is final.
 void place_sockets(Config& config, const std::filesystem::path& directory);
 
 /// The model with this name; throws std::invalid_argument that lists the models.
@@ -142,9 +142,9 @@ inline constexpr std::string_view pose_too_far =
 /// "x,y,yaw" in metres and radians, as on the command line; throws std::invalid_argument.
 [[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
 
-/// Reads the databases that a configuration names, and checks its bindings against them: the units,
-/// and the time-outs that default to three of a message's cycle times (100 ms where the database
-/// has none). Appends warnings about unusual content to `warnings`. Throws std::invalid_argument.
+/// Reads the databases that a configuration names, and checks its bindings against them. Time-outs
+/// that it does not set become three cycle times of the message (100 ms if the database has none).
+/// Appends warnings about unusual content to `warnings`. Throws std::invalid_argument.
 [[nodiscard]] std::vector<can::Database> load_databases(Config& config,
                                                         diagnostics::Diagnostics& warnings);
 

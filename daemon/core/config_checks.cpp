@@ -1,6 +1,5 @@
-// Checks the configuration against its model: the roles that the model needs, and whether the
-// window covers the latency of every sample; and its numbers for plausibility. Builds the settings
-// of the filter.
+// Checks the configuration: that it has the roles which the model needs, that the window covers the
+// latency of every sample, and that the numbers are plausible. Builds the settings of the filter.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -33,7 +32,7 @@ void warn_of_turns(const Config& config, diagnostics::Diagnostics& warnings) {
        {std::pair{Source::steering, "steering"}, {Source::yaw_rate, "yaw_rate"}})
     (is_mapped(config, source) ? others : missing).push_back(name);
   if (missing.empty()) return;
-  // Only both wheels of an axle show a turn.
+  // A single wheel of an axle shows no turn.
   if (std::ranges::any_of(estimator::wheel_pairs, [&](const auto& pair) {
         return is_mapped(config, pair.first) && is_mapped(config, pair.second);
       }))
@@ -189,8 +188,8 @@ void check_sizes(const Config& config, diagnostics::Diagnostics& warnings) {
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  diagnostics::Diagnostics& warnings) {
   if (config.model != Model::full) return;
-  // Samples are kept for a window and a half, since learnt latencies move a sample earlier by up to
-  // half a window, and for one tick more.
+  // Samples are kept for one tick and 1.5 windows, since learnt latencies move a sample earlier by
+  // up to half a window.
   constexpr double windows = 1.5;
   const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
   const double kept_s = windows * config.window_s + tick_s;

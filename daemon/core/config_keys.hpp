@@ -42,7 +42,7 @@ using Member = Value& (*)(Config&);
 struct ConfigKey {
   std::string_view table;  ///< "vehicle"
   std::string_view name;   ///< "mass"
-  /// The member it sets: an int64 is in nanoseconds and read in seconds, a uint32 is a file mode.
+  /// The member it sets: an int64 holds nanoseconds, given in seconds; a uint32 is a file mode.
   std::variant<Member<double>, Member<std::optional<double>>, Member<std::array<double, 2>>,
                Member<std::array<double, 3>>, Member<std::optional<std::array<double, 3>>>,
                Member<std::optional<estimator::Pose2>>, Member<int>, Member<std::int64_t>,

@@ -19,7 +19,7 @@ namespace odomd::daemon {
 namespace {
 
 constexpr std::uintmax_t largest_file = 1 << 20;
-/// The library recurses with each part of a dotted key; brackets it limits itself.
+/// The library recurses with each part of a dotted key; it limits only the depth of brackets.
 constexpr std::ptrdiff_t max_dots_per_line = 200;
 
 std::string kind_of(const toml::node& node) {

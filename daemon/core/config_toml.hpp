@@ -63,7 +63,7 @@ class TableReader {
   void finish() const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
-  /// The same about the table as a whole.
+  /// Like the above, but about the table as a whole.
   [[noreturn]] void fail(const std::string& what) const { fail("", what); }
   /// Throws when the table has one of these keys, which do not apply to it.
   void refuse(std::initializer_list<std::string_view> keys, const std::string& why);

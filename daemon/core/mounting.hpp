@@ -1,5 +1,5 @@
-// Takes the mounting of a sensor out of its samples: the camera's reference point, and the yaw of
-// an accelerometer.
+// Removes the effect of a sensor's mounting from its samples: the camera's reference point, and the
+// yaw of an accelerometer.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace odomd::daemon {
 
 /// Moves a pose of the reference point to the centre of gravity. `lever_arm` is the reference
 /// point's pose in the body frame (x, y [m], yaw [rad]). Through the lever arm, the uncertainty of
-/// the yaw adds to the position's.
+/// the yaw adds to that of the position.
 [[nodiscard]] estimator::CameraPose to_centre_of_gravity(
     const estimator::CameraPose& reference, const std::array<double, 3>& lever_arm) noexcept;
 

@@ -103,7 +103,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
     } else {
       state_.watch.usable(sample.channel);
     }
-    // Wiring needs samples that no car can produce, too: steering in degrees looks impossible.
+    // Wiring also needs samples that no car can produce: steering in degrees looks impossible.
     if (refused.value_or(Verdict::gated) == Verdict::gated)
       state_.wiring.add_sample(measurement.source, measurement.time_ns, measurement.value);
     if (verdict == Verdict::non_finite) continue;

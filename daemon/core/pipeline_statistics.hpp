@@ -52,7 +52,7 @@ struct InnovationStatistics {
 
   [[nodiscard]] double mean_nis() const noexcept;   ///< mean of νᵀS⁻¹ν; 0 without samples
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅
-  /// The mean of νᵀS⁻¹ν over its expectation; there must be samples.
+  /// The mean of νᵀS⁻¹ν divided by its expectation; there must be samples.
   [[nodiscard]] double nis_per_degree() const noexcept {
     return mean_nis() / static_cast<double>(dimension);
   }

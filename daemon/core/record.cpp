@@ -16,7 +16,7 @@ using estimator::Estimate;
 using estimator::Mode;
 using estimator::Source;
 
-// The published numbers are the estimator's.
+// The published modes and flags have the numbers of the estimator's enumerators.
 static_assert(static_cast<int>(Mode::initialising) == ODOM_INITIALISING);
 static_assert(static_cast<int>(Mode::tracking) == ODOM_TRACKING);
 static_assert(static_cast<int>(Mode::dead_reckoning) == ODOM_DEAD_RECKONING);
@@ -47,7 +47,7 @@ std::tuple<double, double, double> parts_of(const estimator::Pose2& pose) noexce
   return {pose.x, pose.y, pose.yaw};
 }
 
-/// The numbers that both have.
+/// The numbers that both odom_pose and Estimate have.
 constexpr std::pair<double odom_pose::*, double Estimate::*> motion[]{
     {&odom_pose::vx, &Estimate::v_x},
     {&odom_pose::vy, &Estimate::v_y},

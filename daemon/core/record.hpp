@@ -55,8 +55,8 @@ inline constexpr std::array<PublishedCalibration, estimator::calibration_count> 
 [[nodiscard]] odom_mode published_mode(const estimator::Estimate& estimate,
                                        std::uint32_t conditions) noexcept;
 
-/// Fills in everything that the estimate knows. Tick, conditions, mode, health, ages and counts are
-/// the pipeline's.
+/// Fills in everything that the estimate knows. The pipeline sets tick, conditions, mode, health,
+/// ages and counts.
 void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexcept;
 
 /// The state of a published pose, from which a successor can resume.

@@ -6,7 +6,7 @@ namespace odomd::daemon {
 
 void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                              const Pipeline& pipeline) noexcept {
-  // Acquire: who sees the request also sees the rings that housekeeping created and emptied.
+  // Acquire: a beat that sees the request sees the rings that housekeeping created and emptied.
   const State state = state_.load(std::memory_order_acquire);
   if (state == State::idle || state == State::full) return;
   if (state == State::unwanted) {
@@ -29,7 +29,7 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
   mark_.frames = 0;
   mark_.cameras = 0;
 
-  // Housekeeping may have withdrawn the request meanwhile; then the withdrawal counts.
+  // Housekeeping may have withdrawn the request meanwhile; then the withdrawal takes precedence.
   State expected = state;
   const State next = taking_ ? State::running : State::full;
   if (next != state)

@@ -1,10 +1,10 @@
-// Passes the inputs and outputs of the beat to a recorder: the frames and camera poses as the
-// pipeline got them, and a mark for each tick. Rings of a fixed size carry them from the beat to
+// Passes the inputs and outputs of the beat to a recorder: the frames and camera poses that the
+// pipeline got, and a mark for each tick. Rings of a fixed size carry them from the beat to
 // housekeeping; without a recorder a tick costs one load.
 //
 // A recording begins after a tick with a copy of the pipeline's state, so a replay from there gives
-// exactly the published bits, wherever in a drive it begins. It has no gaps: when a ring is full,
-// the recording ends with the last complete tick.
+// exactly the published bits, wherever in a drive it begins. A recording has no gaps: when a ring
+// is full, the recording ends with the last complete tick.
 //
 // The rings take 5 MB of locked memory and are allocated for the first recording only.
 #pragma once
@@ -61,8 +61,7 @@ class RecordingTap {
       : checkpoint_{pipeline.state(),
                     {pipeline.protections().begin(), pipeline.protections().end()}} {}
 
-  // The beat's, real-time safe
-  // ---------------------------------------------------------------------
+  // The beat's side, real-time safe --------------------------------------------------------------
 
   void take(const can::Frame& frame) noexcept {
     if (!taking_) return;
@@ -85,8 +84,7 @@ class RecordingTap {
   /// recording this copies that state, about 400 kB.
   void tick_done(const TickRecord& record, const Around& around, const Pipeline& pipeline) noexcept;
 
-  // Housekeeping's
-  // ---------------------------------------------------------------------------------
+  // Housekeeping's side --------------------------------------------------------------------------
 
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
 

@@ -1,5 +1,5 @@
 // The protocol from odomd to a recorder: messages over a stream, each a header and its bytes. Both
-// ends must be of the same build; the first message lets the recorder check this.
+// ends must be the same build; the first message lets the recorder check this.
 //
 //   hello      a JSON object: the sender, and what a replay needs besides the files
 //   file       a name, a zero byte, the contents; the configuration first, then its databases

@@ -38,7 +38,7 @@ class SourceWatch {
     return entries_[source].seen ? now_ns - entries_[source].taken_ns : -1;
   }
 
-  /// Whether a configured source was not received for its time-out. For a source that was never
+  /// Whether a configured source was silent beyond its time-out. For a source that was never
   /// received the time-out starts at `start_ns`.
   [[nodiscard]] bool overdue(std::size_t source, std::int64_t now_ns,
                              std::int64_t start_ns) const noexcept {

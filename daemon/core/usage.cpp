@@ -41,8 +41,8 @@ std::string unknown_option(const CLI::App& command, std::string_view argument) {
                                       : what + ": options go after the command that has them";
 }
 
-/// What is wrong with the first unknown argument of the command line, if there is one; the
-/// arguments after a subcommand belong to it.
+/// What is wrong with the first unknown argument of the command line, if there is one. The
+/// arguments after a subcommand belong to the subcommand.
 std::optional<Mistake> unknown_argument(const CLI::App& program) {
   std::string called;
   for (const CLI::App* command = &program; command != nullptr; command = called_below(*command)) {

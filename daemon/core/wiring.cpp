@@ -46,7 +46,7 @@ double middle(std::span<const double> speeds) {
   return 0.5 * (opposite ? high - low : high + low);
 }
 
-// The acceleration from which the tyres of an axle may slide, lateral or longitudinal [m/s²].
+// The lateral or longitudinal acceleration above which the tyres of an axle may slide [m/s²].
 double most_gentle(const estimator::Vehicle& car) {
   const double front = car.cornering_stiffness_front / car.rear_axle,
                rear = car.cornering_stiffness_rear / car.front_axle;
@@ -166,8 +166,8 @@ void Wiring::give_signs(Means& now) noexcept {
 
 void Wiring::compare(const Means& before, const Means& now) noexcept {
   // The mean over both pieces, with the highest weight in the middle: a rate enters the difference
-  // of two means with these weights. With equal weights an oscillation at 1.2 Hz would change its
-  // sign.
+  // of two means with these weights. With equal weights, the mean of an oscillation at 1.2 Hz would
+  // have the wrong sign.
   const auto value_of = [&](Source source) {
     return 0.5 * (before.rising[index_of(source)] + now.falling[index_of(source)]);
   };
@@ -218,8 +218,8 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   }
 }
 
-// A diagnosis is kept until it is contradicted. Then the causes with the lowest cost that explain
-// all observations are chosen, one or two at once; several alternatives if their costs are equal.
+// A diagnosis is kept until it is contradicted. Then the one or two causes that explain all
+// observations at the lowest cost replace it, or several alternatives if their costs are equal.
 void Wiring::decide() noexcept {
   std::array<Seen, pair_count> seen{};
   for (std::size_t i = 0; i < pairs.size(); ++i) {

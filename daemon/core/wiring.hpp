@@ -1,4 +1,4 @@
-// Checks that the sensors are wired and described as in the configuration: compares signs, sides,
+// Checks that the sensors are wired as the configuration describes them: compares signs, sides,
 // axles, axes and units of the sensors over the last tens of seconds of driving.
 //
 // The filter's own flags report within a fraction of a second that a source is wrong; this check
@@ -38,8 +38,8 @@ class Wiring {
  public:
   explicit Wiring(const estimator::Vehicle& vehicle) noexcept;
 
-  /// Takes a sample as received, in SI units and the car's axes, in or out of range, and in any
-  /// order within a second.
+  /// Takes a sample as received, in SI units and in the car's axes. It may be out of range. Samples
+  /// may come in any order within a second.
   void add_sample(estimator::Source source, std::int64_t time_ns, double value) noexcept;
   /// Takes a pose of the centre of gravity [m, rad], in any order within a second.
   void add_pose(const estimator::CameraPose& pose) noexcept;

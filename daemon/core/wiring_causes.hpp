@@ -239,7 +239,7 @@ inline Fit fit(const std::array<std::uint8_t, 2>& by, const Pair& pair, const Se
                          : a.other ? off >= a.least && off <= a.most
                                    : seen.gain >= a.least / b.most && seen.gain <= a.most / b.least;
   if (predicted && (seen.correlation > 0.0) == (a.sign * b.sign > 0)) return Fit::fits;
-  // Neither the same unit nor another: tyres slip, wheels spin, or the car understeers.
+  // No unit explains this gain, but tyre slip, wheel spin or understeer may.
   return off > pair.about && off < pair.other ? Fit::open : Fit::contradicts;
 }
 

@@ -63,7 +63,7 @@ using Diagnostics = std::vector<Diagnostic>;
 /// One diagnostic of a kind for each line that a reader of files reports.
 void append(Diagnostics& to, const Kind& kind, std::span<const std::string> lines);
 void append(Diagnostics& to, const Diagnostics& others);
-/// Appends `one` if there is one.
+/// Appends the diagnostic, if there is one.
 void append(Diagnostics& to, std::optional<Diagnostic> one);
 
 }  // namespace odomd::diagnostics

@@ -28,7 +28,7 @@ class ControllerWatch {
   /// The latest state; empty without a controller, and before the first read.
   [[nodiscard]] std::optional<can::Controller> latest(std::size_t bus) const;
 
-  /// Reads the state at once instead of in a second, because something happened.
+  /// After an event: makes the thread read the state now instead of up to a second later.
   void look_again();
 
  private:
@@ -52,7 +52,7 @@ struct ControllerReport {
 
 /// The report of a controller that became error-passive, went bus-off, or recovered since
 /// `reported`, which is then updated; empty if there is none. The state of a controller that is
-/// stopped, asleep or close to error-passive is passed over.
+/// stopped, asleep or close to error-passive is ignored.
 [[nodiscard]] std::optional<ControllerReport> report_change(can::ControllerHealth& reported,
                                                             const std::string& interface,
                                                             const can::Controller& controller);

@@ -39,8 +39,8 @@ FileDescriptor take_signals() {
     static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
   }
   // libc reserves two signals for pthread_cancel and setuid, which odomd does not call, and does
-  // not let a program ignore them; the system call does. Its struct begins with the handler; the
-  // rest may be zero.
+  // not let a program ignore them; the system call does. The call's struct begins with the handler;
+  // the rest may be zero.
   const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
   for (int signal = 32; signal < SIGRTMIN; ++signal)
     ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));

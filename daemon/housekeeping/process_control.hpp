@@ -1,5 +1,5 @@
-// The process and who runs it: signals, none of which ends the daemon by accident, and systemd's
-// notifications. Without a service manager these do nothing.
+// The daemon's process: signals, none of which ends it by accident, and notifications to systemd,
+// which do nothing without a service manager.
 #pragma once
 
 #include <cstdint>

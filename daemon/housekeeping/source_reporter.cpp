@@ -70,7 +70,7 @@ void SourceReporter::check_learning(const odom_pose& pose, Journal& journal) {
     if (is != was) is ? journal.warn(text_of(warning)) : journal.info(over);
     was = is;
   };
-  // A car at rest is learning its bias.
+  // While the car is at rest, the filter learns the gyro's bias.
   const bool at_rest = pose.mode == ODOM_INITIALISING || pose.mode == ODOM_STANDSTILL;
   report((pose.conditions & ODOM_COND_BIAS_UNLEARNT) != 0 && (bias_unlearnt_ || !at_rest),
          bias_unlearnt_, unlearnt_bias(), "the gyro's bias is known");
@@ -177,7 +177,7 @@ void SourceReporter::check_signals(const PublishedPose& published, std::int64_t 
       // The time since reception: source_age_ns includes the latency of the sensor.
       const std::int64_t unheard_ns = published.details.source_age_ns[i] - binding.latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
-      if (overdue && inputs_ended(running_)) continue;  // reported, and no sender is at fault
+      if (overdue && inputs_ended(running_)) continue;  // already reported; no sender is at fault
       const auto wrong = overdue ? std::nullopt : diagnostic_of(flag, label());
       journal.warn(wrong ? text_of(*wrong)
                          : fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),

@@ -194,7 +194,7 @@ Json source_json(std::size_t index, const Running& running, const PublishedPose&
   const estimator::SourceNoise noise = source.noise.get();
   const std::uint64_t judged = source.judged();
   const InnovationStatistics innovations = source.innovations.get();
-  // A model that does not report each test gives only the ratio of the camera's last one.
+  // A model that does not report each test gives only the ratio of the last camera test.
   const double test_ratio = innovations.count > 0     ? innovations.test_ratio
                             : is_camera && judged > 0 ? source.last_test_ratio.get()
                                                       : NAN;

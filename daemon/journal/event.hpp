@@ -33,7 +33,7 @@ class EventRing {
     if (!ring_.push(event)) dropped_.add();
   }
 
-  /// Housekeeping's call: the oldest event, if any.
+  /// Called by housekeeping: the oldest event, if any.
   [[nodiscard]] std::optional<Event> next() noexcept {
     const Event* front = ring_.front();
     if (front == nullptr) return std::nullopt;

@@ -88,7 +88,7 @@ void ErrorSink::sink_it_(const spdlog::details::log_msg& message) {
   }
   while (::write(descriptor_, text.data(), text.size()) < 0 && errno == EINTR) {
   }
-  lost_ = 0;  // writing failed, so it cannot be reported either
+  lost_ = 0;  // if writing failed, the failure cannot be reported
 }
 
 Journal::Journal(const LogConfig& config) : config_(config) {

@@ -23,7 +23,7 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// A state that has changed, or an event that is rare: logged at once.
+  /// A state that has changed, or an event that is rare: logged immediately.
   void info(const std::string& text) { write({spdlog::level::info, one_line(text)}); }
   void warn(const std::string& text) { write({spdlog::level::warn, one_line(text)}); }
   void error(const std::string& text) { write({spdlog::level::err, one_line(text)}); }
@@ -33,8 +33,8 @@ class Journal {
   void info_counted(const std::string& text) { count(spdlog::level::info, text); }
   void warn_counted(const std::string& text) { count(spdlog::level::warn, text); }
 
-  /// Call every turn: sets the time of the events that follow, and logs the counted messages that
-  /// are due.
+  /// Call in each turn of the loop: sets the time of the events that follow, and logs the counted
+  /// messages that are due.
   void turn(std::int64_t now_ns);
 
   /// Reopens the file after it was moved away. Keeps the old file when that fails.

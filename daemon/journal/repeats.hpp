@@ -1,5 +1,5 @@
-// Finds the messages of the log that repeat: the first is logged at once, the next ones are counted
-// and logged together at growing intervals. Pure logic on given times.
+// Finds the messages of the log that repeat: the first is logged immediately, the next ones are
+// counted and logged together at growing intervals. Pure logic on given times.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Message {
 class Repeats {
  public:
   /// The intervals at which a repeated message is logged: each is four times the one before. A
-  /// message that is not repeated for the longest of them is new again.
+  /// message that is not repeated for the longest interval counts as new.
   static constexpr std::int64_t first_interval_ns = 1'000'000'000;
   static constexpr std::int64_t longest_interval_ns = 600'000'000'000;
 

@@ -41,7 +41,7 @@ void Relay::run(int priority, int cpu) {
   while (!stop_.load(std::memory_order_relaxed)) {
     const std::uint32_t rings = rings_.load(std::memory_order_acquire);
     if (rings == seen) {
-      // Sleeps only while the word is unchanged, so a ring in between is not lost.
+      // Sleeps only while the word is unchanged, so a call of ring() in between is not lost.
       futex(rings_, FUTEX_WAIT_PRIVATE, seen);
       continue;
     }

@@ -13,14 +13,14 @@ namespace odomd::daemon {
 
 class Relay {
  public:
-  /// `wake_all` runs in the relay's thread, once for all rings since the last call. `priority` is
-  /// that of the beat; the relay runs one below.
+  /// `wake_all` runs in the relay's thread, once for all calls of ring() since its last run.
+  /// `priority` is that of the beat; the relay runs one below.
   Relay(int priority, int cpu, std::function<void()> wake_all);
   ~Relay();
   Relay(const Relay&) = delete;
   Relay& operator=(const Relay&) = delete;
 
-  /// The beat's call, once a tick: one store and one FUTEX_WAKE of one thread.
+  /// Called by the beat, once a tick: one store and one FUTEX_WAKE of one thread.
   void ring() noexcept;
 
   /// The privileges of the thread; known when the constructor has returned.

@@ -32,8 +32,8 @@ struct NextTick {
   std::uint64_t missed = 0;  ///< cycles of the grid that were skipped
 };
 
-/// The tick to run after waking for `tick` at `now_ns`: if that is a period or more late, the
-/// newest tick that is due.
+/// The tick to run after waking for `tick` at `now_ns`: `tick`, or the newest tick that is due if
+/// `now_ns` is a period or more late.
 [[nodiscard]] constexpr NextTick due_tick(const TickGrid& grid, std::uint64_t tick,
                                           std::int64_t now_ns) {
   const std::uint64_t due = grid.due_at(now_ns);

@@ -115,7 +115,7 @@ CameraServer::Received CameraServer::receive(int descriptor, const MessageClocks
   msghdr header{};
   header.msg_iov = &part;
   header.msg_iovlen = 1;
-  // MSG_TRUNC: the true length of a message that is longer than ours.
+  // MSG_TRUNC: returns the true length, also of a message that is longer than `bytes`.
   const ssize_t size = ::recvmsg(descriptor, &header, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Received::nothing : Received::ended;
   if (size == 0) return Received::ended;
@@ -146,7 +146,7 @@ CameraServer::Admission CameraServer::admit(FileDescriptor connection, Peer peer
     refuse(std::move(connection), -EBUSY);
     return Admission::refused;
   }
-  // The beat may be reading this socket: it sees the shutdown, and close_ended() closes and
+  // The beat may be reading this socket. After it sees the shutdown, close_ended() closes and
   // replaces the socket.
   ::shutdown(idlest->state.load(std::memory_order_relaxed), SHUT_RDWR);
   idlest->successor = std::move(connection);

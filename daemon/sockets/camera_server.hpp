@@ -89,8 +89,8 @@ class CameraServer {
   // Housekeeping's ------------------------------------------------------------------------------
 
   enum class Admission : std::uint8_t { free_slot, in_place_of_idle, refused };
-  /// Hands a connection to the beat. When all slots are taken, it replaces the connection that has
-  /// been idle longest; if none is idle, it is refused.
+  /// Hands a new connection to the beat. When all slots are taken, the new one replaces the
+  /// connection that has been idle longest, or is refused if none is idle.
   Admission admit(FileDescriptor connection, Peer peer, std::int64_t now_ns);
 
   /// Tells the sender the reason, a negative errno, and closes the connection.
@@ -117,11 +117,11 @@ class CameraServer {
     static constexpr int ended(int descriptor) { return -2 - descriptor; }
 
     std::atomic<int> state{free};
-    Peer peer;          // housekeeping's
-    Counter messages;   // the beat's, reset while the slot is free
-    Counter malformed;  // the beat's
-    Counter heard_ns;   // the beat's: time of the last valid message, at first of the admission
-    FileDescriptor successor;  // housekeeping's: replaces the connection, which is being ended
+    Peer peer;                 // housekeeping's
+    Counter messages;          // the beat's, reset while the slot is free
+    Counter malformed;         // the beat's
+    Counter heard_ns;          // the beat's: time of the last valid message, or of the admission
+    FileDescriptor successor;  // housekeeping's: replaces the connection once that has ended
     Peer successor_peer;
   };
   static void open(Slot& slot, FileDescriptor connection, Peer peer, std::int64_t now_ns) noexcept;

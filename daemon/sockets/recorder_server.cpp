@@ -69,7 +69,7 @@ void RecorderServer::serve(std::int64_t now_ns, Journal& journal) {
   } else if (begun_ && stage_ == Stage::waiting && tap != RecordingTap::State::wanted) {
     begin_stream();
   }
-  // The state of the tap was read before the rings: when it is full, nothing more is added.
+  // `tap` was read before the rings: if it is `full`, the beat adds nothing more to them.
   if (stage_ == Stage::streaming) {
     append_ticks();
     if (tap == RecordingTap::State::full && recorded_.tap.mark() == nullptr)
