@@ -89,7 +89,7 @@ class Latencies {
   /// Largest time by which a sample is moved earlier: half a window.
   [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
 
-  /// Time by which a sample of this time is moved earlier; never negative.
+  /// Time by which a sample taken at `time_ns` is moved earlier; never negative.
   [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
     slow::Index latency = slow::wheel_latency;
     if (source == Source::yaw_rate) {

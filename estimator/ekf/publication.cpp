@@ -36,7 +36,7 @@ const Vector largest_deviation = [] {
 const SlowVector largest_error =
     SlowVector::NullaryExpr([](Eigen::Index i) { return slow_priors.begin()[i].highest; });
 
-// A calibration is valid once its sigma has shrunk to this share.
+// A calibration is valid once its sigma has shrunk to this share of the initial sigma.
 constexpr double learnt_share = 0.4;
 
 // The published time derivatives are means over this time [s].

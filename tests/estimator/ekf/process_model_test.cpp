@@ -74,7 +74,7 @@ Dual secant(double stiffness, double across, double most, const Dual& rolls) {
                          : Dual(most / std::abs(across) * rolls);
 }
 
-/// F(α)/α of both axles at a state; it depends on |v_x| only if a tyre slides across at a low
+/// F(α)/α of both axles at a state; it depends on |v_x| only if a tyre slides sideways at a low
 /// speed.
 Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state,
                      const Dual& v_x) {

@@ -1,5 +1,5 @@
-// Compares the update by a scalar sample with the textbook, and the filter that keeps slow errors
-// apart with the joint filter.
+// Checks the update by a scalar sample against the textbook, and the filter with separate slow
+// errors against the joint one.
 #include "estimator/ekf/update.hpp"
 
 #include <random>
@@ -167,7 +167,7 @@ TEST(Update, CorrectingAllSlowErrorsEqualsTheJointFilter) {
 }
 
 TEST(Update, ConsideredErrorsOnlyEnlargeThePublishedCovariance) {
-  // The states are those with known slow errors; the published covariance is larger.
+  // The state is as with known slow errors; only the published covariance is larger.
   State considering = somewhere();
   State knowing = somewhere();
   knowing.slow.covariance.setZero();
