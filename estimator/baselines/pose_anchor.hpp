@@ -92,7 +92,7 @@ class PoseAnchor {
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
-  // Uncertainty of the newest map pose since its covariance was last set; map axes
+  // Uncertainty of the newest map pose, propagated from the last set or camera pose; map axes
   Eigen::Matrix3d white_ = squared(initial_sigma) *
                            Eigen::Matrix3d::Identity();  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)

@@ -38,7 +38,7 @@ class HeldSignals {
   }
   /// Whether a wheel has a sample within half a second before the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
-  /// Whether all live wheels are slower than twice their sigma, clamped to 0.01 to 0.03 m/s.
+  /// Whether all live wheels are slower than 2 sigma (clamped to 0.01 ... 0.03 m/s).
   /// False if no wheel is alive.
   [[nodiscard]] bool wheels_still() const noexcept;
 

@@ -64,8 +64,8 @@ struct Vehicle {
 /// A wheel whose measured speed is lower may be at rest [m/s].
 inline constexpr double slowest_turning = 0.01;
 
-/// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than twice its noise,
-/// which is clamped to limits.
+/// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than 2 `sigma`,
+/// clamped to the range from 0.01 to 0.03 m/s.
 [[nodiscard]] inline bool is_turning(double speed, double sigma) noexcept {
   constexpr double surely_turning = 0.03;
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);

@@ -143,7 +143,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  // The uncertainty of the grip raises the model error from a known tyre's to an unknown tyre's.
+  // The more uncertain the grip, the closer the model error is to that of an unknown tyre.
   const double unknown =
       model.car.grip_rear > 0.0
           ? 0.0

@@ -42,7 +42,7 @@ constexpr double learnt_share = 0.4;
 // The published time derivatives are means over this time [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Index of a calibration among slow errors or states, and the value published for no error.
+/// Index of a calibration among slow errors or states, and its published value if the error is 0.
 struct Calibrated {
   bool is_slow;
   Eigen::Index index;

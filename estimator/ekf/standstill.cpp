@@ -59,7 +59,7 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
   if (gyro.alive(state.time_ns)) {
     const double noise = gyro.noise(integrity::Over::short_time);
     const double bias = state.variance(slow::gyro_bias);
-    // The bias may have made a step.
+    // A step of the bias may explain a deviation, which limits the evidence.
     odds +=
         std::max(evidence(gyro.mean() - (standstill.standing ? standstill.still_gyro
                                                              : state.slow.mean[slow::gyro_bias]),
@@ -229,7 +229,7 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     standstill.off.x += share * (seen.x - from.x - standstill.off.x);
     standstill.off.y += share * (seen.y - from.y - standstill.off.y);
   } else if (sample.source == Source::yaw_rate) {
-    // The median of three: one corrupt frame is no motion.
+    // The median of three: one corrupt frame does not show motion.
     const Reading& before = state.reading(sample.source);
     const auto [least, most] = std::minmax(sample.value[0], before.previous);
     const double reading = std::clamp(before.value, least, most);

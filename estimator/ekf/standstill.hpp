@@ -29,7 +29,7 @@ void correct_start(State& state, const Sample& sample) noexcept;
 
 /// Whether a turning wheel ends the standstill. Either most wheels turn (at least two, or one that
 /// earlier samples confirm), or half of them have turned for so long that the others must be dead.
-/// Driven wheels that turn alone are spinning and do not count.
+/// Half is not enough if they are driven and all free wheels are still.
 [[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
 /// Notes, at a wheel's sample, whether most wheels are still. The first such sample begins a still

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
-// Duration of agreement before a flag is lowered [s]: required the first time, and at most.
+// Duration of agreement before a flag is lowered [s]: for the first failure, and the upper limit.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
-// Fewer negative speeds (each after a negative one of the same wheel) may be corrupt frames.
+// Fewer negative speeds, each after another of the same wheel, may be corrupt frames.
 constexpr int sign_known_after = 3;
 
 /// Adds to a wheel's slip the part of its speed change between two samples that exceeds noise and

@@ -128,7 +128,7 @@ TEST(Layout, ClientsStillReadEveryImage) {
   }
 }
 
-// The image's calibrations continue; those that it lacks are not estimated.
+// The image's calibrations are kept; those that the image lacks are "not estimated".
 TEST(Layout, AWriterInheritsFromOneOfAbi1) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");

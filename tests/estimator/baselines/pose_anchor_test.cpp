@@ -168,7 +168,7 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     drive(7);
     return std::sqrt(anchor_.covariance()[0]);
   };
-  // σ: 7 ticks at a speed error of 0.5 m/s plus half of 1 m/s, and the camera's 10 mm.
+  // σ: 7 ticks at a speed error of 0.5 m/s plus half the speed (1 m/s), and the camera's 10 mm.
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);

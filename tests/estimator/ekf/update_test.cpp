@@ -133,8 +133,8 @@ TEST(Update, CovariancesStayPositiveDefiniteOverThousandsOfUpdates) {
 }
 
 TEST(Update, CorrectingAllSlowErrorsEqualsTheJointFilter) {
-  // Friedland 1969: steps and any updates in turn. The form is exact for constant errors; it
-  // neglects the effect of a walk on their correlation with the state.
+  // Friedland 1969: steps and any updates in turn. Friedland's form is exact for constant errors;
+  // it neglects the effect of random walks on their correlation with the state.
   CarModel model;
   Tuning& t = model.tuning;
   t.gyro_bias_walk = t.gyro_scale_walk = t.wheel_scale_walk = t.stiffness_scale_walk = 0.0;
