@@ -69,7 +69,7 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  // An actuator follows its command later; a late sample moves earlier, as far as states go back.
+  // Moves a command later (actuator delay), or a late sample earlier, at most to the oldest state.
   const std::int64_t actuator_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
   const std::int64_t time_ns = ns_after(sample.time_ns, actuator_ns);
   const std::int64_t room_ns = std::max<std::int64_t>(ns_between(history_.oldest_ns(), time_ns), 1);

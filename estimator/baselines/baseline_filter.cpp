@@ -49,7 +49,7 @@ Verdict BaselineFilter::add(const Measurement& sample) noexcept {
   }
   const bool used =
       sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
-  // Signals that the model does not use are held too: they are published.
+  // Signals that the model does not use are also held, because they are published.
   return verdict == Verdict::fused && !used ? Verdict::source_off : verdict;
 }
 
@@ -66,7 +66,7 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. Number of ticks to step through: none within half a period of the last tick.
+  // 1. Number of ticks to step through: 0 if the last tick is less than half a period ago.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;

@@ -2,7 +2,7 @@
 // the motion by one step per tick, and has a camera anchor, a mode and integrity monitoring. It has
 // the interface of estimator/filter.hpp.
 //
-// A value; no heap, no clock.
+// A value type that uses no heap and no clock.
 #pragma once
 
 #include <cstdint>

@@ -74,8 +74,8 @@ DeadReckoning reckon(Model model, const Vehicle& car, double v_x, double turn) n
     yaw_rate = v_x / l * tangent;
     by << tangent / l, v_x * (1.0 + tangent * tangent) / l;
   }
-  // In a steady turn α_h = F_sh / C_h with F_sh = (l_v / l) m v_x ψ̇ moves the rear axle
-  // sideways at |v_x| α_h                                    (eqs 5, 7 and 27; errata, 5)
+  // In a steady turn F_sh is (l_v / l) m v_x ψ̇, so the rear axle moves sideways at |v_x| α_h with
+  // α_h = F_sh / C_h                                    (eqs 5, 7 and 27; errata, 5)
   const double gradient = car.front_axle * car.mass / (l * car.cornering_stiffness_rear);
   const double slip = v_x * speed * yaw_rate * gradient;
 

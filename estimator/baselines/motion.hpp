@@ -45,7 +45,7 @@ void advance_dead_reckoning(Model model, const FilterSettings& settings, const H
 
 /// The paper's filter as its author runs it: one prediction and one correction per tick, whatever
 /// the times of the samples; then X, Y and ψ are integrated from the corrected state. It starts at
-/// x = 0, P = I, and moves in its first tick already. Below a v_x of -0.05 m/s it stops.
+/// x = 0, P = I, and already moves in its first tick. Below a v_x of -0.05 m/s it stops.
 void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
                    Motion& motion) noexcept;
 
@@ -61,8 +61,8 @@ struct DeadReckoning {
 [[nodiscard]] DeadReckoning reckon(Model model, const Vehicle& car, double v_x,
                                    double turn) noexcept;
 
-/// The dynamic bicycle's (v̇_x, v̇_y, ψ̈) (eqs 4-12). The slip angles divide by
-/// max(|v_x|, speed_floor), speed_floor > 0: above it they equal the paper's; at rest they are 0.
+/// The dynamic bicycle's (v̇_x, v̇_y, ψ̈), eqs 4-12. The divisor of the slip angles is at least
+/// speed_floor > 0: at a larger |v_x| the angles equal the paper's; at rest they are 0.
 [[nodiscard]] BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,
                                         double accel_x, double speed_floor) noexcept;
 
@@ -72,7 +72,7 @@ struct PaperStep {
 };
 
 /// The dynamic bicycle, discrete as printed (eqs 31-33), with errata 1 and 2. For forward motion
-/// only: the denominators vanish at a v_x just below 0, and the map is unstable already above it.
+/// only: the denominators vanish at a v_x just below 0, and the step is unstable slightly above it.
 [[nodiscard]] PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
                                    double accel_x, double dt) noexcept;
 

@@ -44,7 +44,7 @@ Eigen::Matrix3d grown(const Eigen::Matrix3d& P, const Eigen::Matrix3d& F, const 
   return next.selfadjointView<Eigen::Upper>();
 }
 
-/// Variances of the motion between two poses if the odometry is suspect, with a constant error.
+/// Variances of suspect odometry between two poses; σ grows linearly with motion and time.
 Eigen::Vector3d suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
@@ -96,7 +96,7 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise.diagonal() += (2.0 * n - 1.0) * suspect_motion(before.odom, now.odom, dt);
   }
   now.by_errors = dt * G * motion.sensitivity;
-  // Learning an error does not correct past poses: the effect it has had so far moves to white_.
+  // Learning an error does not correct past poses: the error's effect so far moves to white_.
   if (const Eigen::Vector3d learnt = error_variance_ - motion.error_variance;
       learnt.maxCoeff() > 0.0) {
     white_ += by_errors(sensitivity_, learnt.cwiseMax(0.0));
@@ -143,7 +143,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     initialised_ = false;
     reset_count_ = 0;
   } else {
-    // P at the capture time, from that of the next tick
+    // P at the capture time, from P at the next tick
     const Tick& next = tick(at.next);
     const Eigen::Matrix3d turn = rotation(map_from_odom_.yaw);
     Eigen::Matrix3d S =
@@ -154,7 +154,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     const std::array<double, 3> nu = difference(seen, estimated);
     const double squared_ratio = mahalanobis_squared(S, nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
-    // The yaw is unwrapped: it takes the equivalent angle nearest to the map yaw.
+    // Unwraps the measured yaw to the equivalent angle nearest to the map yaw.
     seen.yaw = estimated.yaw + nu[2];
     if (!(squared_ratio <= settings_.camera_gate)) {
       if (!accepts_run({time_ns, seen, at.odom, R})) {
@@ -168,8 +168,8 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   return Verdict::fused;
 }
 
-/// The odometry at a time: on the arc that leads to the first tick at or after it, or extrapolated
-/// from the newest tick. Before the oldest tick, extrapolated with its velocity.
+/// The odometry pose at a time: on the arc to the first tick at or after that time. Outside the
+/// stored ticks, the first or the last arc is extrapolated.
 PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
   std::size_t next = last_;
   while (next > oldest() + 1 && tick(next - 1).time_ns >= time_ns) {
@@ -184,8 +184,8 @@ PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
 bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
   const RejectedPose last = std::exchange(last_rejected_, rejected);
   const double dt = seconds_between(last.capture_ns, rejected.capture_ns);
-  // ν = camera - (the previous rejected pose, moved by the odometry); S is the sum of both poses'
-  // covariances and the odometry's
+  // ν = camera - (the previous rejected pose, moved by the odometry); S is the sum of the
+  // covariances of both poses and of the odometry
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
   const Eigen::Matrix3d S =
       (last.variance + rejected.variance + suspect_motion(last.odom, rejected.odom, dt))

@@ -5,8 +5,8 @@
 //   map = map_from_odom ∘ odom
 //
 // The odometry never jumps. A ring holds the last 256 ticks (1.28 s at 5 ms), so that a camera pose
-// sets map_from_odom at its capture time. From then on the covariance of the map pose is that of
-// the camera, plus the noise of all later ticks, plus the effect of lasting errors since.
+// sets map_from_odom at its capture time. From then on the covariance of the map pose is the
+// camera's covariance, plus the noise of all later ticks and the effect of lasting errors.
 #pragma once
 
 #include <array>
@@ -34,11 +34,11 @@ class PoseAnchor {
   /// initialises the anchor, and also starts the odometry frame there.
   void set_pose(const Pose2& pose) noexcept;
 
-  /// Resumes from a predecessor: its poses in both frames, covariance of the map pose, resets.
+  /// Resumes from a predecessor: its poses in both frames, map covariance, reset count.
   void resume(const Estimate& predecessor) noexcept;
 
   /// Appends a tick. The velocity's error is white from tick to tick, except for the lasting
-  /// errors. If a gap precedes the tick's period, the motion in it is unknown.
+  /// errors. If a gap precedes the tick's period, the motion in the gap is unknown.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
 
   /// Gates a camera pose against the map pose at the capture time and, if it is fused, re-anchors.
@@ -92,7 +92,7 @@ class PoseAnchor {
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 
-  // Uncertainty of the newest map pose since its covariance was last set; map axes
+  // Uncertainty of the newest map pose, propagated from the last set or camera pose; map axes
   Eigen::Matrix3d white_ = squared(initial_sigma) *
                            Eigen::Matrix3d::Identity();  ///< covariance without the lasting errors
   Eigen::Matrix3d sensitivity_ = Eigen::Matrix3d::Zero();  ///< ∂pose / ∂(lasting errors)

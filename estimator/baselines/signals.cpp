@@ -60,8 +60,8 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
     return reversing ? -std::abs(value) : value;
   };
 
-  // From both wheels of an axle, or from one, moved to the middle: v_x = v cos(angle) ± ψ̇ t/2,
-  // with t the track width; a front wheel rolls along δ.
+  // v_x at the middle of an axle, from both its wheels or from one: v cos(angle) ± ψ̇ t/2, with t
+  // the track width; a front wheel rolls along δ.
   using enum Source;
   const double turn = car_yaw_rate * car.track_width / 2.0;
   const double front = std::cos(held[steering].value);

@@ -1,6 +1,6 @@
 // The signals of models without a window: the newest value of each, held until the next one, and
-// v_x from the available wheel speeds. The newest has the latest sample time, whatever the order of
-// arrival.
+// v_x from the available wheel speeds. The newest value has the latest sample time, whatever the
+// order of arrival.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ class HeldSignals {
   }
   /// Whether a wheel has a sample within half a second before the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
-  /// Whether all live wheels are slower than twice their sigma, clamped to 0.01 to 0.03 m/s.
+  /// Whether all live wheels are slower than 2 sigma (clamped to 0.01 ... 0.03 m/s).
   /// False if no wheel is alive.
   [[nodiscard]] bool wheels_still() const noexcept;
 
@@ -53,8 +53,8 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, equal at the rear axle and the centre of gravity, from the first wheels in the table of
-/// signals.cpp that are alive; nothing without a wheel sample. While the held direction is
+/// v_x at the rear axle (and at the centre of gravity) from the first live wheels in the table of
+/// signals.cpp; empty without a wheel sample. While the held direction is
 /// -1, positive (unsigned) speeds count as negative.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                                        double car_yaw_rate) noexcept;
@@ -64,8 +64,8 @@ class GyroBias {
   explicit GyroBias(const Tuning& tuning) noexcept
       : walk_(squared(tuning.gyro_bias_walk)), variance_(squared(tuning.gyro_bias)) {}
 
-  /// Adds a reading. The car is at rest if no wheel turns and the gyro is quiet: within its noise
-  /// and the uncertainty of the bias.
+  /// Adds a reading. The car is at rest if no wheel turns and the reading is within 4 σ of the
+  /// bias, σ from noise and bias.
   void add(const HeldSignal& gyro, bool wheels_still) noexcept;
 
   [[nodiscard]] double value() const noexcept { return value_; }        ///< [rad/s]

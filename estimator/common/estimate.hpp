@@ -50,7 +50,7 @@ struct Estimate {
   bool doubtful = false;       ///< a fault may have moved the pose, not yet confirmed by the camera
   bool model_fault = false;    ///< the model has left its domain and stopped (paper: reversing)
   bool bias_unlearnt = false;  ///< the gyro's bias is not known well: stop for 2 s
-  /// A learnt scale is far outside its prior: check the configured one.
+  /// A learnt scale is far outside its prior: check the configured value.
   bool scale_implausible = false;
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it

@@ -62,7 +62,7 @@ struct BodyVelocity {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
 }
 
-/// No car is faster [m/s, rad/s].
+/// No car is faster than this [m/s, rad/s].
 inline constexpr double fastest = 300.0;
 inline constexpr double fastest_turn = 100.0;
 [[nodiscard]] inline bool is_possible(const BodyVelocity& v) noexcept {

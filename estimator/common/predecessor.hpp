@@ -33,8 +33,8 @@ inline constexpr double unobserved_yaw_accel = 5.0;
 ///
 ///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise(½ τ²), V ← V + gap_noise(τ).
 ///
-/// If the predecessor's V is not positive definite, or larger than any car's, the V of a new
-/// filter, (1 m/s)² and (1 rad/s)², replaces it before the gap.
+/// If the predecessor's V is not positive definite, or larger than any car's, it is first replaced
+/// with the V of a new filter, (1 m/s)² and (1 rad/s)².
 [[nodiscard]] inline Estimate after_gap(const Estimate& predecessor, double gap_s) noexcept {
   Estimate e = predecessor;
   const BodyVelocity velocity = velocity_of(predecessor);

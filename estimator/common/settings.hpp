@@ -42,7 +42,7 @@ struct FilterSettings {
   PaperNoise paper;
   Tuning tuning;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
-  /// Roll and pitch of the body: measured a = (1 + gradient) a. If not set, it is learnt from 0.
+  /// Roll and pitch of the body: measured a = (1 + gradient) a. Learnt, from 0, if not set.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   double window_s = 0.25;  ///< a sample may be this late

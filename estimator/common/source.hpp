@@ -1,5 +1,5 @@
-// The table of the sources: one row per sensor, with all that is constant about it. Other lists,
-// sets and tables of sources are derived from it.
+// The table of the sources: one row per sensor, with all its constants. Other lists, sets and
+// tables of sources are derived from this table.
 #pragma once
 
 #include <algorithm>
@@ -67,7 +67,7 @@ inline constexpr auto source_table = [] {
       {"wheel_rear_right", "speed of the rear right wheel", speed, 0.05, 150.0, rear, right},
       {"wheel_rear", "speed of the rear axle", speed, 0.05, 150.0, rear},
       {"motor", "speed from the motor", speed, 0.05, 150.0, driven},
-      {"steering", "steering angle", angle, 0.02, 1.4},  // short of the tangent's pole
+      {"steering", "steering angle", angle, 0.02, 1.4},  // below π/2, where tan diverges
       {"direction", "forward or reverse", direction, 0.5, 1.0},
       {"camera", "camera", pose, 1.0, 0.0},  // its poses state their own sigmas
   });
@@ -96,7 +96,7 @@ inline constexpr auto physical_limit = column(&SourceInfo::limit);
   const Quantity quantity = info_of(source).quantity;
   return quantity == Quantity::yaw_rate || quantity == Quantity::acceleration;
 }
-/// Whether it is a speed: of a wheel, of an axle, or from the motor.
+/// Whether the source measures a speed: of a wheel, of an axle, or from the motor.
 [[nodiscard]] constexpr bool is_wheel(Source source) noexcept {
   return info_of(source).quantity == Quantity::speed;
 }

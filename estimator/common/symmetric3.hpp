@@ -70,7 +70,7 @@ template <int Size>
 }
 
 /// Variances are multiplied by this once per tick, which keeps a strongly correlated covariance
-/// positive definite despite rounding; 1.7 % a day.
+/// positive definite despite rounding. Adds 1.7 % per day.
 inline constexpr double rounding_inflation = 1.0 + 1e-9;
 
 /// D P D with the largest diagonal D ≤ 1 that limits the standard deviations; correlations stay.

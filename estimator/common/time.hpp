@@ -34,7 +34,7 @@ inline constexpr double ns_per_second = 1e9;
   return later;
 }
 
-/// When a sample arrived; one that does not state it counts as arriving at the next tick.
+/// Arrival time of a sample; if it is not stated (0), the time of the next tick.
 [[nodiscard]] inline std::int64_t arrival_of(std::int64_t stated_ns,
                                              std::optional<std::int64_t> last_tick_ns,
                                              std::int64_t period_ns) noexcept {

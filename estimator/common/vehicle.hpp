@@ -38,8 +38,8 @@ struct Vehicle {
   [[nodiscard]] constexpr double wheelbase() const { return front_axle + rear_axle; }
 };
 
-/// The speed [m/s] at which the lateral motion settles within one `dt`; steps do not resolve it at
-/// lower speeds. 0.185 m/s for the reference car at 5 ms.
+/// The speed [m/s] at which the lateral motion settles within one `dt`; at lower speeds, steps do
+/// not resolve this motion. 0.185 m/s for the reference car at 5 ms.
 [[nodiscard]] inline double slowest_resolved_speed(const Vehicle& car, double dt) noexcept {
   const double c_v = car.cornering_stiffness_front;
   const double c_h = car.cornering_stiffness_rear;
@@ -56,7 +56,7 @@ struct Vehicle {
 }
 
 /// Lateral speed times the tangent of the slip angle: the scale of a sliding tyre's spin [m/s]. A
-/// tyre slower than a wheelbase per second does not slide.
+/// tyre slower than a wheelbase per second counts as not sliding.
 [[nodiscard]] inline double slide_of(double sideways, double along, const Vehicle& car) noexcept {
   return sideways * sideways / std::max(std::abs(along), car.wheelbase());
 }
@@ -64,8 +64,8 @@ struct Vehicle {
 /// A wheel whose measured speed is lower may be at rest [m/s].
 inline constexpr double slowest_turning = 0.01;
 
-/// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than twice its noise,
-/// which is clamped to limits.
+/// Whether a wheel that measures `speed` with the noise `sigma` turns: faster than 2 `sigma`,
+/// clamped to the range from 0.01 to 0.03 m/s.
 [[nodiscard]] inline bool is_turning(double speed, double sigma) noexcept {
   constexpr double surely_turning = 0.03;
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);

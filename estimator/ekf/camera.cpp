@@ -33,8 +33,8 @@ double distance(const Pose2& a, const Pose2& b) noexcept {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-/// Measured minus estimated motion from one pose to the other, in the filter's axes. An error of
-/// the heading does not change it.
+/// Measured minus estimated motion from one pose to the other, in the filter's axes. A heading
+/// error does not change this difference.
 Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   const double heading = before.measured.yaw - before.estimated.yaw;
   Pose2 step = compose({0.0, 0.0, -heading}, now.measured - before.measured) -
@@ -53,8 +53,8 @@ double log_density(const Pose2& step, const std::array<double, 3>& sigma, double
 }
 
 /// Evidence of the step between two camera poses: log p(step | the car moves like the filter, but
-/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows
-/// little about the distance of a sliding car, but knows its heading; `yaw_ratio` is ν²/S of that.
+/// elsewhere) - log p(step | outliers, or a tracker that stands still). The filter knows a sliding
+/// car's heading, but hardly the distance it covers; `yaw_ratio` is the heading's ν²/S.
 double evidence_of_step(const CarModel& model, const State& state, const PosePair& before,
                         const std::array<double, 3>& sigma, double yaw_ratio) noexcept {
   const Tuning& tuning = model.tuning;
@@ -62,7 +62,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
   const double like_filter = log_density(now.step_error, sigma, turn, turn);
-  // A sliding car may also keep the camera's velocity, with the filter's turn and heading.
+  // A sliding car may also keep the velocity that the camera saw, but turn as in the filter.
   const double dt = seconds_between(before.capture_ns, now.capture_ns);
   const double again = dt / before.seen_s;
   const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));
@@ -124,7 +124,7 @@ void begin_at(State& state, const Sample& pose) noexcept {
   state.located = state.unconfirmed = true;
 }
 
-/// If innovations are biased, the pose follows the camera, so their mean is disputed.
+/// If innovations are biased, the pose follows the camera, so a share of their mean is disputed.
 void dispute_drawn(const Tuning& tuning, State& state) noexcept {
   const Eigen::Vector2d way = tuning.fault_share * Eigen::Vector2d(state.lasting_way.mean.data());
   const double turn = tuning.fault_share * state.lasting_turn.mean[0];
@@ -152,7 +152,7 @@ void widen(const CarModel& model, State& state, const std::array<double, 3>& nu,
   if (first) {
     return;
   }
-  // The filter knows little about a sliding car, so the camera is disputed less.
+  // The filter knows little about a sliding car, so less of the correction is disputed.
   const bool slides = state.integrity.slides();
   const double share = slides ? squared(model.tuning.fault_share) : model.tuning.fault_share;
   const auto unexplained = [share](double square, double variance) {
@@ -184,7 +184,7 @@ void note_camera_pose(State& state, const Sample& pose) noexcept {
   now.seen = {now.measured.x - before.measured.x, now.measured.y - before.measured.y,
               wrap_angle(now.measured.yaw - before.measured.yaw)};
   now.seen_s = seconds_between(before.capture_ns, now.capture_ns);
-  // The motion between the poses has errors of its own.
+  // Over a longer pause, errors of the motion add to those of the poses.
   if (before.seen_s == 0.0 || std::max(before.seen_s, now.seen_s) > longest_pause_s) {
     return;
   }
@@ -247,7 +247,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
 
   const bool beyond = !(judgement.test_ratio <= 1.0);
   if (std::exchange(state.unconfirmed, false) && beyond) {
-    // Two poses that contradict each other are equally good: the newer one waits for the next.
+    // Neither of two contradicting poses is better: the next pose has to confirm the newer one.
     begin_at(state, sample);
     judgement.degrees = 0;
     judgement.verdict = Verdict::forced;

@@ -20,7 +20,7 @@ class History {
   /// Number of states, including the present one.
   static constexpr std::size_t capacity = 64;
 
-  /// The present state. writable() first copies it if it is kept.
+  /// The present state. writable() first copies this state if it is to be kept.
   [[nodiscard]] const State& now() const noexcept { return states_[now_]; }
   [[nodiscard]] State& writable() noexcept {
     if (kept_now_) {
@@ -40,7 +40,7 @@ class History {
     kept_now_ = kept_ == 0 || now().time_ns - before.time_ns >= interval_ns;
   }
 
-  /// Drops all other states. The present one is kept once it is written.
+  /// Drops all other states. The next writable() copies the present state and so keeps it.
   [[nodiscard]] State& restart() noexcept {
     kept_ = 0;
     kept_now_ = true;
@@ -89,7 +89,7 @@ class Latencies {
   /// Largest time by which a sample is moved earlier: half a window.
   [[nodiscard]] std::int64_t most_ns() const noexcept { return window_ns_ / 2; }
 
-  /// Time by which a sample of this time is moved earlier; never negative.
+  /// Time by which a sample taken at `time_ns` is moved earlier; never negative.
   [[nodiscard]] std::int64_t advance_ns(Source source, std::int64_t time_ns) const noexcept {
     slow::Index latency = slow::wheel_latency;
     if (source == Source::yaw_rate) {

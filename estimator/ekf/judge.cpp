@@ -13,13 +13,13 @@ namespace {
 // After a gyro gap this long, wheels and steering determine ψ̇.
 constexpr double gyro_lifetime_s = 0.35;
 
-/// Time since `since_ns`, at most the gap up to which a gate widens [s].
+/// Time since `since_ns`, limited to `longest_gap_s` [s].
 double gap_s(std::int64_t since_ns, const Sample& sample) noexcept {
   return std::min(seconds_between(since_ns, sample.time_ns), longest_gap_s);
 }
 
-/// Largest plausible deviation beyond S. Gyro: the fastest turn-in of the tyres; accelerometer: a
-/// pedal; wheel without an accelerometer: the speed change that a pedal causes.
+/// Largest plausible deviation beyond S. Gyro: the tyres' fastest turn-in; accelerometer: a pedal's
+/// acceleration step; wheel without an accelerometer: that step times time.
 double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
   const double since_s = gap_s(last_fused_ns(state, sample.source), sample);
   const bool pushed = state.accel_x.seen && gap_s(state.accel_x.time_ns, sample) < longest_gap_s;
@@ -30,7 +30,7 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
                                               : 0.0;
 }
 
-/// Attributes a sudden change `off` beyond S to a_x (a wheel's also to v_x), not to bias or slope.
+/// Attributes a sudden change `off` to a_x (if from a wheel, also to v_x), not to bias or slope.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
   double& a_x = state.variance(at::accel_x);
@@ -139,7 +139,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const auto test_ratio = [&](double of) {
     return nu.value * nu.value / (of + possible * possible) / gate;
   };
-  judgement.test_ratio = test_ratio(variance);  // without slip, which does not excuse a sample
+  judgement.test_ratio = test_ratio(variance);  // without slip, so that slip does not lower it
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& rejected_ns = state.reading(sample.source).rejected_since_ns;
@@ -188,7 +188,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
   }
   if (!updates.heading) {
-    // The models of forces and wheels are no better than the heading that they would correct.
+    // Force and wheel models are no more certain than the heading that they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
   const double yaw = state.mean[at::yaw];

@@ -45,8 +45,8 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept;
                                    double stated) noexcept;
 
 /// λ ← λ exp(τ/T p (ν² / (H P Hᵀ + R) - 1)), τ the time since the source's last sample, p the share
-/// of λ in the variance (gyro: 1). A wheel adapts the scales of a_x and of the wheel's relative
-/// error, a gyro the scale of ε. Call it once for each sample, fused or not.
+/// of λ in the variance (gyro: 1). A wheel adapts the scales of a_x and of its own relative error;
+/// a gyro adapts that of ε. Call it once for each sample, fused or not.
 void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample,
                         const Prediction& z, const Innovation& nu) noexcept;
 

@@ -68,7 +68,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double along = v_x - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
-  // Driving force over m: acceleration, and drag of the front tyres in a turn,
+  // Driving force / m: acceleration, and drag of the front tyres in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
   const double forward = x[at::v_x] < 0.0 ? -1.0 : 1.0;
   const double drag =

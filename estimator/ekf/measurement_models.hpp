@@ -23,9 +23,9 @@ namespace odomd::estimator::full {
 }
 
 /// z = (1 + s_w) (1 ± d_w / 2) (1 + c_s η a) (u cos δ + u_⊥ sin δ), a = ± (a_x + d), with u = v_x -
-/// τ v̇_x - y_w ψ̇ and u_⊥ = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w); δ = 0 for a
-/// rear wheel. η is its slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the
-/// front tyres in a turn.
+/// τ v̇_x - y_w ψ̇ and u_⊥ = v_y + x_w ψ̇ the velocity at the wheel's position (x_w, y_w); δ = 0
+/// for a rear wheel. η is the wheel's slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ
+/// the drag of the front tyres in a turn.
 ///
 /// A wheel corrects v_x. The difference between two wheels says little about ψ̇ (a radius error of
 /// 0.3 % makes 0.03 rad/s at 1.5 m/s) and nothing about v_y: both count as known, and their

@@ -11,8 +11,8 @@ namespace {
 
 // Variance of z_k - 2 z_k-1 + z_k-2 for white noise of variance 1: 1² + 2² + 1².
 constexpr double bend_variance = 1.0 + squared(2.0) + 1.0;
-constexpr int least_samples_to_use = integrity::least_samples;  // fewer: the mean is not used
-constexpr int least_samples_to_bound = 10;  // fewer: the stated variance bounds a sample
+constexpr int least_samples_to_use = integrity::least_samples;  // with fewer the mean is not used
+constexpr int least_samples_to_bound = 10;  // with fewer the stated variance bounds a sample
 // From 0 the mean could not grow again.
 constexpr double smallest_mean = 1e-4;
 // A still sensor is never taken as noisier than stated.

@@ -14,7 +14,7 @@ namespace odomd::estimator::full {
 
 namespace {
 
-// Longest time between two consistent samples, and longest time that counts at the largest rate.
+// Longest time between two consistent samples, and longest time that `rate` is multiplied by [s].
 constexpr double longest_pause_s = 1.5;
 constexpr double longest_change_s = 0.3;
 

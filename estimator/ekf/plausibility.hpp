@@ -68,7 +68,7 @@ struct FirstSpeeds {
 [[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
 /// Turning and still wheels, from the newest sample of each within 0.25 s, including `sample`. A
-/// still wheel does not count if its dead band hides the speed of one with a smaller dead band.
+/// still wheel does not count if its dead band hides the speed of a wheel with a smaller dead band.
 struct WheelCount {
   int turning = 0;
   int still = 0;
@@ -85,7 +85,7 @@ struct WheelCount {
 /// Whether a wheel has had a sample lately.
 [[nodiscard]] bool is_current(const State& state, Source wheel, std::int64_t time_ns) noexcept;
 
-/// Whether a camera or a trusted undriven wheel knows v_x, even in a slide.
+/// Whether a camera or a trusted undriven wheel measures v_x, even in a slide.
 [[nodiscard]] bool knows_speed(Driven driven, const State& state) noexcept;
 
 /// The largest slip of a rear wheel relative to |v_x|, at most 1: a spinning or locked tyre
@@ -105,12 +105,12 @@ inline constexpr double dead_after_s = 0.5;
 void note_reading(State& state, const Sample& sample) noexcept;
 
 /// Applies a sample of the direction, the sign of unsigned wheel speeds; the sign may have been
-/// wrong until now. 0 (unknown) keeps the last direction until the car may have stood. `gated`: a
-/// single reversal that is too fast for a car.
+/// wrong until now. 0 (unknown) keeps the last direction until the car may have stopped. Returns
+/// `gated` for a single reversal that is too fast for a car.
 [[nodiscard]] Verdict take_direction(const CarModel& model, State& state,
                                      const Sample& sample) noexcept;
 
-/// Whether a direction that was sent in cycles has stopped, and the car may have stood since, so
+/// Whether a cyclic direction signal has stopped arriving, and the car may have stood since, so
 /// that it may set off in either direction.
 [[nodiscard]] bool lost_direction(const State& state) noexcept;
 

@@ -25,7 +25,7 @@ double gyro_bias_walk(const CarModel& model, const State& state) noexcept {
   return std::max(model.tuning.gyro_bias_walk, model.tuning.gyro_bias_walk_share * noise);
 }
 
-/// Adds the process noise of the random walks, and lets a dispute fade.
+/// Adds the process noise of the random walks, and decays `disputed`.
 void add_walks(const CarModel& model, double dt, State& state) noexcept {
   const Tuning& tuning = model.tuning;
   state.disputed *= std::max(1.0 - 0.5 * dt / tuning.disputed_s, 0.0);
@@ -71,7 +71,7 @@ template <Eigen::Index stride>
                   F.velocity.by_side_force * of(at::side_force);
     of(at::yaw_rate) = by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
     if (first == at::x) {
-      // With respect to ½ (v + v') and to the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+      // Derivatives for ½ (v + v') and for the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
       const double along = v_x + of(at::v_x);
       const double across = v_y + of(at::v_y);
       const double turned = F.half * (turn + of(at::yaw_rate));
@@ -143,7 +143,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   state.variance(at::y) += way;
   state.variance(at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
   const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
-  // The uncertainty of the grip raises the model error from a known tyre's to an unknown tyre's.
+  // The more uncertain the grip, the closer the model error is to that of an unknown tyre.
   const double unknown =
       model.car.grip_rear > 0.0
           ? 0.0
@@ -151,8 +151,8 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const double known = squared(tuning.side_slip_grip);
   const double share = std::sqrt(known + (1.0 - known) * unknown);
   const double side = share * tuning.side_slip * gravity * bend * bend * bend;
-  // If v_x is known, the accelerometer knows v_y whatever the tyres do: v̇_y = a_y - v_x ψ̇. Then a
-  // white error of v̇_y with the density q is e with the variance q / 2T.
+  // If v_x is known, the accelerometer determines v_y whatever the tyres do: v̇_y = a_y - v_x ψ̇.
+  // Then e with the variance q / 2T models a white error of v̇_y with the density q.
   const bool known_speed = knows_speed(model.car.driven, state);
   state.variance(at::v_y) +=
       ((known_speed ? 0.0 : squared(side)) + squared(tuning.side_slip_floor * gravity)) * F.dt;
@@ -204,12 +204,12 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   double rear_by_w = 0.0;
   if (w > 0.0) {
     const double l = car.wheelbase();
-    // A tyre slower than a wheelbase per second, along plus across, does not slide.
+    // A tyre with |v_along| + |v_across| below a wheelbase per second does not slide.
     const auto at_slip = [&](Secant& axle, double& by_w, double across, double grip, double share) {
       const double softness = softness_of(grip, now);
       const double least = l - std::abs(across);
       axle = secant_stiffness(axle.stiffness, across / std::max(w, least), softness, m * share);
-      // If the tyre slides across and rolls at less than a wheelbase per second, C ~ |v_x| varies.
+      // If the tyre slides sideways and rolls below a wheelbase per second, C depends on |v_x|.
       by_w = w > least && w < l ? -axle.by_softness * softness / w : 0.0;
     };
     at_slip(front, front_by_w, v_x * delta - v_y - l_v * r, car.grip_front, l_h / l);

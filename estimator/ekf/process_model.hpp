@@ -67,7 +67,7 @@ struct VelocityStep {
 };
 [[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
 
-/// The velocity after `steps` equal steps that take `time_s` together, with the decay of a_x.
+/// The velocity after `steps` equal steps that take `time_s` in total, with a_x decaying.
 [[nodiscard]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                              long steps) noexcept;
 

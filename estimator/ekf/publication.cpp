@@ -36,13 +36,13 @@ const Vector largest_deviation = [] {
 const SlowVector largest_error =
     SlowVector::NullaryExpr([](Eigen::Index i) { return slow_priors.begin()[i].highest; });
 
-// A calibration is valid once its sigma has shrunk to this share.
+// A calibration is valid once its sigma has shrunk to this share of the initial sigma.
 constexpr double learnt_share = 0.4;
 
 // The published time derivatives are means over this time [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Index of a calibration among slow errors or states, and the value published for no error.
+/// Index of a calibration among slow errors or states, and its published value if the error is 0.
 struct Calibrated {
   bool is_slow;
   Eigen::Index index;

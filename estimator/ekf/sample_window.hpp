@@ -40,8 +40,8 @@ class SampleWindow {
   static constexpr std::size_t capacity = 1024;
 
   /// Inserts a sample. Of two samples with the same source and time, the first in the order above
-  /// is kept; `replaced`: the new sample is kept, and takes over `judged`. A full window drops the
-  /// oldest sample, which may be the new one.
+  /// is kept; `replaced`: the new sample is kept, and takes over `judged` from the old one. A full
+  /// window drops the oldest sample, which may be the new one.
   Insertion insert(const Sample& sample) noexcept;
 
   /// Removes the samples up to `time_ns`, or after it.

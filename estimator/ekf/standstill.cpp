@@ -59,7 +59,7 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
   if (gyro.alive(state.time_ns)) {
     const double noise = gyro.noise(integrity::Over::short_time);
     const double bias = state.variance(slow::gyro_bias);
-    // The bias may have made a step.
+    // A step of the bias may explain a deviation, which limits the evidence.
     odds +=
         std::max(evidence(gyro.mean() - (standstill.standing ? standstill.still_gyro
                                                              : state.slow.mean[slow::gyro_bias]),
@@ -68,7 +68,7 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
     const auto& [older, newer] = standstill.gyro_ranges;
     const double swing =
         std::max(older.highest, newer.highest) - std::min(older.lowest, newer.lowest);
-    odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // twice, for two stretches
+    odds += 2.0 * evidence(swing, most_sigmas * gyro.sigma, turn);  // counts twice: two stretches
   }
   // 3. A car whose wheels read 0 because it changes direction accelerates.
   const integrity::SourceHistory& accel = state.integrity.history(Source::accel_x);
@@ -78,8 +78,8 @@ double odds_of_standing(const CarModel& model, const State& state, std::int64_t 
     odds += evidence(accel.mean() - state.mean[at::accel_bias_x], std::sqrt(noise * noise + bias),
                      tuning.pedal * gravity);
   }
-  // 4. The camera sees a standing car in one place. Compares the mean of its poses with the held
-  // pose or, before the standstill, the newest pose with the first.
+  // 4. The camera sees a standing car in one place. Compares the mean of the camera's poses with
+  // the held pose or, before the standstill, the newest pose with the first.
   if (standstill.camera_ns != 0) {
     const double seen_s = seconds_between(standstill.camera_ns, state.last_camera_pose.capture_ns);
     const double known = state.variance(at::x) + state.variance(at::y);
@@ -229,7 +229,7 @@ void update_standstill(const CarModel& model, State& state, const Sample& sample
     standstill.off.x += share * (seen.x - from.x - standstill.off.x);
     standstill.off.y += share * (seen.y - from.y - standstill.off.y);
   } else if (sample.source == Source::yaw_rate) {
-    // The median of three: one corrupt frame is no motion.
+    // The median of three: one corrupt frame does not show motion.
     const Reading& before = state.reading(sample.source);
     const auto [least, most] = std::minmax(sample.value[0], before.previous);
     const double reading = std::clamp(before.value, least, most);
@@ -281,7 +281,7 @@ Judgement take_still_gyro(const CarModel& model, State& state, const Sample& sam
   }
   Sample mean = sample;
   mean.value[0] = stretch.sum / stretch.samples;
-  // A stretch counts as far as the next one confirms it.
+  // A stretch counts less if its mean differs from that of the next stretch.
   const double noise = squared(mean.sigma[0]) / stretch.samples;
   const double of_both = noise + squared(mean.sigma[0]) / older.samples;
   const double unlike = squared(mean.value[0] - older.sum / older.samples);

@@ -23,13 +23,13 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 /// is unknown.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
-/// The first samples may be garbage: until there are five, a speed far from their median is set
-/// to the median, and the position to that of a motion at it. Call it with every sample of a wheel.
+/// The first samples may be garbage: until there are five, a speed far from their median is set to
+/// the median, and the position as if driven at the median. Call it with every sample of a wheel.
 void correct_start(State& state, const Sample& sample) noexcept;
 
-/// Whether a turning wheel ends the standstill. Most wheels must turn: at least two, or one that
-/// earlier samples confirm. Or half of them must turn for so long that the others must be dead.
-/// Driven wheels that spin alone do not move a car.
+/// Whether a turning wheel ends the standstill. Either most wheels turn (at least two, or one that
+/// earlier samples confirm), or half of them have turned for so long that the others must be dead.
+/// Half is not enough if they are driven and all free wheels are still.
 [[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
 /// Notes, at a wheel's sample, whether most wheels are still. The first such sample begins a still
@@ -41,12 +41,12 @@ void note_wheels(State& state, const Sample& sample, bool still) noexcept;
 /// a gyro off the known bias, a force, and a camera that sees the car move reduce them.
 void update_standstill(const CarModel& model, State& state, const Sample& sample) noexcept;
 
-/// Ends the standstill if the odds have fallen that far, and returns whether it did.
+/// Ends the standstill if the odds have fallen to 1 : 100, and returns whether it did.
 bool doubt_standstill(const CarModel& model, State& state, std::int64_t time_ns) noexcept;
 
-/// Two non-zero readings in a row below a wheel's dead band lower it to the larger of the two. The
-/// other single wheels with an equal dead band follow: their sensors are the same unless configured
-/// otherwise.
+/// Two consecutive non-zero readings below a wheel's dead band lower the band to the larger
+/// reading. The other single wheels with an equal dead band follow: their sensors are the same
+/// unless configured otherwise.
 void learn_dead_band(State& state, const Sample& sample) noexcept;
 
 /// Learns the bias of a standing car's gyro. The filter notices a departure a little late, so a

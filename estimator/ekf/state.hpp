@@ -68,7 +68,7 @@ struct SlowPrior {
 };
 inline constexpr std::array<SlowPrior, slow::size> slow_priors = [] {
   constexpr double latency = 0.2;
-  constexpr double advanced = 0.5 * latency;  // as far as samples can be advanced
+  constexpr double advanced = 0.5 * latency;  // the most by which samples are advanced
   constexpr double difference = 0.1;
   return std::array<SlowPrior, slow::size>{{
       {&Tuning::gyro_bias, &Tuning::gyro_bias_walk, -1.0, 1.0},

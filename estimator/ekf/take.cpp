@@ -47,8 +47,8 @@ Judgement note(const Context& context, State& state, const Sample& sample,
     note_wheels(state, sample, true);
   } else if (!most_still ||
              (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
-    // The car slides only if all its wheels are gated: if one side's were enough, a biased gyro
-    // would turn the car about the other side.
+    // The car slides only if all its wheels are gated: if the wheels of one side were enough, a
+    // biased gyro would turn the car about the other side.
     note_wheels(state, sample, false);
   }
   return judgement;
@@ -86,7 +86,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   };
   Prediction z = predict();
   if (!turning) {
-    // A reading of 0 is any speed within the dead band: it narrows the speed to the band.
+    // A reading of 0 means any speed within the dead band: it narrows the estimate to the band.
     const double known = state.variance(at::v_x);
     const double dead_band = state.standstill.dead_band[index_of(sample.source)];
     const double band = third * squared(dead_band);
@@ -135,7 +135,7 @@ void note_shown_grip(const CarModel& model, State& state, double accel, double e
   softness = allowed;
 }
 
-/// Learns the grip unless it is configured. A banked road looks the same; the camera corrects that.
+/// Learns the grip unless it is configured. Banked roads look like grip; the camera corrects that.
 Judgement take_accel_y(const Context& context, State& state, const Sample& sample) noexcept {
   const CarModel& model = context.model;
   const bool teaches = model.car.grip_rear == 0.0;
@@ -155,7 +155,7 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   return judgement;
 }
 
-/// A jump beyond the fastest turn may be corrupt: the excess widens the front wheels' angle.
+/// A jump beyond the fastest turn may be corrupt: the excess adds to the front wheels' sigma.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];
@@ -170,7 +170,7 @@ Judgement take_steering(State& state, const Sample& sample) noexcept {
   return held(sample.source);
 }
 
-/// The motion is not known yet, so nothing is fused. The yaw rate starts from the gyro's.
+/// The motion is not known yet, so nothing is fused. The yaw rate starts at the gyro's reading.
 Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   if (consistent_samples(state, sample) == 0) {
     return held(sample.source);

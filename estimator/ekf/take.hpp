@@ -39,10 +39,10 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 /// Updates the camera's noise scale with any pose, fused or not.
 void note_camera_pose(State& state, const Sample& pose) noexcept;
 
-/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A pose beyond it is an outlier, or the
-/// filter is wrong: the log odds accumulate from pose to pose. Once they favour the camera, P is
-/// widened by ν and the pose is fused with its correlations (`resets`, `last_jump`). The state is
-/// at the time of the sample; `before` is the previous camera pose.
+/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A pose beyond the gate is an outlier, or
+/// the filter is wrong: the log odds accumulate from pose to pose. Once they favour the camera, P
+/// is widened by ν and the pose is fused with its correlations (`resets`, `last_jump`). The state
+/// is at the time of the sample; `before` is the previous camera pose.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const PosePair& before, const Sample& sample) noexcept;
 

@@ -85,7 +85,7 @@ struct Innovation {
 }
 
 /// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, valid for any
-/// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
+/// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2: P - K bᵀ - b Kᵀ, symmetric to the bit.
 inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
   const Vector b = nu.covariance_with_state - (0.5 * nu.variance_of_noise) * gain;
   for (Eigen::Index i = 0; i < at::size; ++i) {

@@ -41,7 +41,7 @@ class CameraConsistency {
   void add(const std::array<double, 3>& innovation,
            const std::array<double, 3>& variance) noexcept {
     constexpr double poses = 100.0;
-    constexpr double threshold = 35.0;  // χ²₃ with P = 1e-7: one in 10⁴ hours if a window lasts 3 s
+    constexpr double threshold = 35.0;  // χ²₃, P = 1e-7: one false alarm in 10⁴ h at 3 s per window
     constexpr double most = 5.0;        // limit of one innovation [sigmas]
     constexpr double share = 2.0 / (poses + 1.0);
     double sum = 0.0;

@@ -49,8 +49,8 @@ struct View {
   }
 };
 
-/// A wheel rolls with the velocity of its place along δ_i: (v - y ψ̇) cos δ_i + (u + l ψ̇) sin δ_i, u
-/// being the rear axle's speed to the side. tan δ_i = l tan δ / (l - y tan δ), after Ackermann;
+/// A wheel rolls with the velocity at its position along δ_i: (v - y ψ̇) cos δ_i + (u + l ψ̇) sin
+/// δ_i, u being the rear axle's lateral speed. tan δ_i = l tan δ / (l - y tan δ) (Ackermann);
 /// without a steering signal δ_i is the direction of that velocity.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   constexpr double lasting_share = 0.25;  // share of a sample's noise that does not average out
@@ -78,7 +78,7 @@ Row wheel_row(const View& view, Source source, bool backwards) noexcept {
       std::abs(history.value) < slowest_turning ? errors.dead_band[index_of(source)] : 0.0;
   // The rolling speed of a wheel that slides sideways is less certain.
   const double slides = 0.5 * (std::hypot(along, across) - std::abs(rolls));
-  // Radii differ, and at 1 g as much again by the wheels' load.
+  // Radii differ; load transfer adds an equal difference at 1 g.
   const double unequal =
       view.sensors.tuning.wheel_radius * rolls * std::hypot(1.0, view.side / gravity);
   const double sigma =
@@ -100,7 +100,7 @@ Row steering_row(const View& view) noexcept {
   const SourceHistory& history = view.observed.history(Source::steering);
   const Averaged steering = view.average(Source::steering);
   // Above this lateral acceleration the front may slide [m/s²]. It is higher while the steering is
-  // held, because a driver who loses the car moves it.
+  // held, because a driver who loses control moves it.
   const double sliding = history.repeats() ? 5.0 : 2.5;
   const double l = car.wheelbase();
   const double c_v = car.cornering_stiffness_front;
@@ -199,8 +199,8 @@ Consensus equations(const Sensors& sensors, const Observations& observed, bool b
       root_of_squares(observed.last_consensus.front().sigma[of::speed],
                       fastest * (hold_s + observed.speed_unknown_s)));
   add(0, of::yaw_rate, view.r, sensors.turn_in() * 3.0 * hold_s);
-  // Driven wheels, and all braking ones, slip in proportion to the acceleration: the smaller of the
-  // accelerometer's and the wheels'.
+  // Driven wheels, or all wheels when braking, slip in proportion to the acceleration: the smaller
+  // of the two from the accelerometer and from the wheels.
   double faster = 0.0;
   for (const Source wheel : wheel_sources) {
     const double rate = observed.history(wheel).rate(over);

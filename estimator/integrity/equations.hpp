@@ -101,7 +101,7 @@ struct Observations {
   [[nodiscard]] const SourceHistory& history(Source source) const noexcept {
     return sources[index_of(source)];
   }
-  /// Whether a source repeats its bits. A steering command also rests at 0 and at full lock.
+  /// Whether a source repeats its bits, except for a steering command at 0 or at full lock.
   [[nodiscard]] bool repeats(Source source) const noexcept {
     const SourceHistory& recent = history(source);
     const bool rests = source == Source::steering &&

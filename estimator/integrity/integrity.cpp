@@ -17,10 +17,10 @@ namespace {
 
 constexpr double persistence_s = 0.1;
 constexpr double frozen_persistence_s = 0.05;
-// Duration of agreement before a flag is lowered [s]: required the first time, and at most.
+// Duration of agreement before a flag is lowered [s]: for the first failure, and the upper limit.
 constexpr std::pair required_s{1.0, 60.0};
 constexpr std::pair required_of_wheels_s{0.4, 5.0};
-// Fewer negative speeds (each after a negative one of the same wheel) may be corrupt frames.
+// Fewer negative speeds, each after another of the same wheel, may be corrupt frames.
 constexpr int sign_known_after = 3;
 
 /// Adds to a wheel's slip the part of its speed change between two samples that exceeds noise and
@@ -143,7 +143,7 @@ bool Integrity::decide_sign(const Sensors& sensors, Consensus& all, Solution& ba
   }
   mirrored.errors.rear_slip = -observed_.errors.rear_slip;
   if (!halted_) {
-    mirrored.integrated_speed = -observed_.integrated_speed;  // a halt makes its sign known
+    mirrored.integrated_speed = -observed_.integrated_speed;  // after a halt its sign is known
   }
   const Consensus reversed = equations(sensors, mirrored, !backwards_, Over::short_time);
   const Solution reversed_base = reversed.without(observed_.distrusted);
@@ -312,7 +312,7 @@ void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
 }
 
 /// Lowers a flag once the source has agreed with the others for long enough. `misfit` is the
-/// source's addition to the others' misfit. Sensors of a turn prove little on a straight.
+/// source's addition to the others' misfit. On a straight, sensors of turns count less.
 void Integrity::lower_flag(Source source, double misfit, double dt) noexcept {
   constexpr Sources of_turns = turn_models | only(Source::yaw_rate) | only(Source::camera);
   constexpr double slowest_turn = 0.1;  // [rad/s]

@@ -19,8 +19,8 @@ namespace odomd::estimator {
 class Integrity {
  public:
   /// Adds a sample of one of the car's own sensors, newer than the last of its source. A wheel
-  /// speed has the sign of the direction, if that is measured. `arrival_ns` 0: it arrived when it
-  /// was taken.
+  /// speed has the sign of the direction, if that is measured. `arrival_ns` 0: the sample arrived
+  /// when it was taken.
   void add(Source source, std::int64_t time_ns, double value, double sigma,
            std::int64_t arrival_ns = 0) noexcept;
   /// Forgets the samples of a source that has stopped sending.

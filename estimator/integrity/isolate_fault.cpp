@@ -26,7 +26,7 @@ constexpr std::array groups{Hypothesis{front_wheels, pair}, Hypothesis{rear_whee
 // Sources that contradict the others in a slide, without a fault.
 constexpr Sources witnesses = inertial | only(Source::camera);
 
-// Penalty in a slide: a spin contradicts an IMU without a fault, and outer wheels keep rolling.
+// Penalty in a slide: a spin contradicts even an IMU without a fault; outer wheels keep rolling.
 constexpr double slide_penalty = 10.0;
 
 // Bonus for a source whose bits repeat or a wheel that slips: it is more likely to be at fault.

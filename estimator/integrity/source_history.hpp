@@ -24,7 +24,7 @@ inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
 /// A source counts once it has this many samples.
 inline constexpr std::size_t least_samples = 5;
 
-/// A source with this cycle counts as paused if it is silent for longer [s].
+/// Silence after which a source with this cycle counts as paused [s].
 [[nodiscard]] constexpr double patience_s(double cycle_s) noexcept {
   return 3.5 * cycle_s + 0.01;
 }

@@ -46,7 +46,7 @@ class Mode(enum.IntEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> Mode:
-        # A mode of a newer daemon, which clients that do not know it must not use.
+        # A mode of a newer daemon: clients must not use a pose whose mode they do not know.
         return cls.FAULT
 
 

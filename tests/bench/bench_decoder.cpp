@@ -37,7 +37,7 @@ struct Rig {
     }
     MessageEncoder encoder(databases[0].messages[0], protection);
     for (std::size_t i = 0; i < std::size_t{15} * 64;
-         ++i) {  // whole rounds of the counter: repeating them shows no loss
+         ++i) {  // whole rounds of the counter, so that repetition shows no loss
       encoder.set("YawRate", 0.01 * static_cast<double>(i));
       frames.push_back(encoder.frame(static_cast<std::int64_t>(i)));
     }

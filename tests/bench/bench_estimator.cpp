@@ -22,7 +22,7 @@ struct Step {
   double yaw_rate, speed;
 };
 
-/// A slalom at 1.5 m/s: varying inputs against branch prediction and constant folding.
+/// A slalom at 1.5 m/s: varying inputs defeat branch prediction and constant folding.
 std::array<Step, 1024> slalom() {
   std::array<Step, 1024> steps{};
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -160,7 +160,7 @@ class FullTraffic {
   bool honest_ = true;
 };
 
-/// A tick of the full filter; unless `late_ms` is 0, with a sample or pose that is late by this.
+/// A tick of the full filter, with a sample or pose that is `late_ms` late (0: without).
 template <void (FullTraffic::*late)(std::int64_t)>
 void full_tick(benchmark::State& state) {
   const std::int64_t late_ns = state.range(0) * 1'000'000;

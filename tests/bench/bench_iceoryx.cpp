@@ -1,5 +1,5 @@
 // The same pose through iceoryx, for comparison: publisher and subscriber in one process, with the
-// broker (iox-roudi) running, set up as in its own examples.
+// broker (iox-roudi) running, set up as in iceoryx's examples.
 //
 // The sample is odomd's output of a tick: odom_pose and odom_details. A take gives a pointer into
 // shared memory; the reader reads three doubles there and releases the chunk, the least that a

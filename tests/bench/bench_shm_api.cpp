@@ -65,7 +65,7 @@ void copy_memcpy(benchmark::State& state) {
 }
 BENCHMARK(copy_memcpy);
 
-// Renews the heartbeat from time to time, so that the reads are those of a live daemon.
+// Renews the heartbeat from time to time, so that the reader sees a live daemon.
 template <class Read>
 void read_hot(benchmark::State& state, Stage& stage, const Read& read) {
   std::uint64_t reads = 0;

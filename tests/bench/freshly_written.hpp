@@ -19,7 +19,7 @@ namespace odomd::bench {
 
 inline constexpr std::int64_t fresh_reads = 100'000;
 
-/// One thread's data on its own cache lines, so that writing it does not move the other thread's.
+/// One thread's data on its own cache lines, so that a write does not move the other's.
 template <class T>
 struct alignas(64) Apart {
   T value;

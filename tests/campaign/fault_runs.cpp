@@ -56,7 +56,7 @@ constexpr std::string_view tried =
     "gyro.one_sided,gyro.rounded,gyro.fading,gyro.frozen_without_camera,gyro.offset_with_steering,"
     "wheels.zero_with_frozen_camera,bus.sagging,camera.skewed,camera.mixed,camera.vague_offset";
 
-// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault. BEGIN is relative to the begin
+// Several faults at once, KIND:BEGIN:LENGTH:SIZE as in odom fault. BEGIN is relative to the start
 // of the faults in the run.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> composed{{
     {"gyro.fading",
@@ -202,7 +202,7 @@ std::vector<Trial> trials_of(const std::string& list) {
 }
 
 void run_all(const Drive& drive, Camera camera, const Options& options) {
-  // After 25 to 60 % of the drive; for 5 s in half of the seeds, otherwise to the end.
+  // Faults begin after 25 to 60 % of the drive and last 5 s, or, for half of the seeds, to the end.
   sim::RandomStream random(options.seed, "begin of the faults");
   const auto begin =
       static_cast<std::size_t>(random.uniform(0.25, 0.60) * static_cast<double>(drive.ticks));

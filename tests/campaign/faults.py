@@ -15,7 +15,7 @@ import sys
 import common
 
 SCENARIOS = ("lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road")
-SLIPPERY = ("patch",)  # wheels really slip
+SLIPPERY = ("patch",)  # wheels slip without a fault
 LIMIT = 0.5  # s
 STEP = 0.005  # s per tick: a flag appears at the end of its tick
 

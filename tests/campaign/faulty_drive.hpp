@@ -50,7 +50,7 @@ struct Drive : tools::Drive {
   [[nodiscard]] double seconds_at(std::int64_t time_ns) const {
     return static_cast<double>(time_ns - start_ns()) * 1e-9;
   }
-  /// When a fault must begin to act from the next tick on.
+  /// Start time of a fault that first affects the tick after `tick` [s].
   [[nodiscard]] double begin_s(std::size_t tick) const { return seconds_at(tick_ns(tick) + 1); }
 };
 

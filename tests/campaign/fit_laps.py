@@ -22,7 +22,7 @@ from recorded import measure
 
 OTHERS = {"lap at 1 m/s": ("lap", 1.0, 1), "lap at 2 m/s": ("lap", 2.0, 1), "three laps at 2.5 m/s": ("lap", 2.5, 3),
           "slalom at 1.5 m/s": ("slalom", 1.5, 1)}
-ERRORS = {"35 ms, mean": (1e3, lambda e: e["error_35ms"]["position"]["mean"]),  # the table's unit, the error
+ERRORS = {"35 ms, mean": (1e3, lambda e: e["error_35ms"]["position"]["mean"]),  # factor to the table's unit; error
           "position, rms": (1e3, lambda e: e["position"]["rms"]),
           "end": (1e3, lambda e: e["end_error"]),
           "heading, rms": (DEGREES, lambda e: e["heading"]["rms"])}

@@ -72,7 +72,7 @@ def survivors(area, mutants, jobs):
     """The mutants, {mutant: number}, that no test kills."""
     programs = [(path, tests) for path in tree.programs(AREAS[area]).values() if (tests := own_tests(area, path))]
     timed = []
-    for path, tests in programs:  # as parallel as later, to show that they do not disturb each other
+    for path, tests in programs:  # as many in parallel as later, to show that they do not disturb each other
         times = common.side_by_side(jobs, run, jobs * [(path, tests, 0, 900)])
         if None in times:
             sys.exit(f"mutants: {path.name} fails without a mutant")

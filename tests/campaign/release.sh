@@ -13,7 +13,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 # In the minimal Debian -------------------------------------------------------------------------------
 
 listing() { find / -xdev \( -path /dev -o -path /proc -o -path /sys -o -path /tmp -o -path /dist -o -path /older \) -prune -o -print | sort; }
-# Users and groups remain, as usual in Debian, and records of apt and dpkg.
+# Users, groups, and records of apt and dpkg remain, as usual in Debian.
 left() { listing | comm -3 /tmp/before - | grep -vE '/(var/(lib/(apt|dpkg)|cache|log)|etc/(passwd|group|g?shadow|sub[ug]id)-)'; }
 named() { find / -xdev -name '*odom*' ! -path '/dist/*' ! -path '/older/*' ! -path '/var/lib/dpkg/*'; }
 # source_is OPTION FOLDER: makes this folder the only package source.

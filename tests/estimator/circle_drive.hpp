@@ -38,7 +38,7 @@ struct Recording {
   void add(Source source, std::int64_t taken, std::int64_t arrival, double value, double sigma) {
     arrivals.push_back({arrival, Measurement{source, taken, value, sigma, arrival}, {}});
   }
-  /// A camera pose with noise; it states `stated` times that noise.
+  /// A camera pose with noise; its sigma is `stated` times that noise.
   void see(std::int64_t now, const Pose2& pose, double stated = 1.0) {
     const std::int64_t arrival = now + 40 * millisecond;
     const Pose2 seen{pose.x + 0.008 * normal(random), pose.y + 0.008 * normal(random),
@@ -150,7 +150,7 @@ inline FullFilter started(const FilterSettings& settings = {}) {
   return filter;
 }
 
-/// Adds what arrives after the tick `before`, up to `tick`, and steps to that.
+/// Adds what arrives after the tick `before`, up to `tick`, and steps to `tick`.
 inline Estimate step_to(FullFilter& filter, const std::vector<Arrival>& arrivals,
                         std::int64_t before, std::int64_t tick) {
   const auto by_tick = [](const Arrival& arrival) { return tick_of(arrival.arrival_ns); };

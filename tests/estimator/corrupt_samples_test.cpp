@@ -119,7 +119,7 @@ struct Rail {
   double accel;  ///< likewise, both axes
 };
 
-/// 12 s on a circle, the rail from 4 s to 7 s.
+/// 12 s on a circle; from 4 s to 7 s sensors are stuck at the ends of their ranges.
 std::vector<Arrival> drive_with(const Rail& rail) {
   std::vector<Arrival> arrivals = drive_on_a_circle(12'000 * millisecond);
   for (Arrival& arrival : arrivals) {

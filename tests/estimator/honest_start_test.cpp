@@ -89,7 +89,7 @@ TEST(HonestStart, ADepartureIsNotABias) {
 }
 
 /// Rms distance from the truth [m] and number of doubtful ticks, over the last five of ten seconds
-/// on the circle, with `looks` camera poses per picture, `apart` nanoseconds after each other.
+/// on the circle, with `looks` camera poses per picture, spaced by `apart` nanoseconds.
 std::tuple<double, int> after_looks(int looks, std::int64_t apart, double stated) {
   estimator::testing::Recording drive{.random = std::mt19937(3)};
   for (const Arrival& arrival : drive_on_a_circle(10'000 * millisecond)) {
@@ -126,7 +126,7 @@ TEST(HonestStart, TwoPosesThatAgreeLocateTheCar) {
                       .sigma = {0.01, 0.01, 0.01}};
     const Judgement judgement = take_camera(CarModel{}, {}, state, {}, seen);
     EXPECT_EQ(judgement.verdict, i == 1 ? Verdict::forced : Verdict::fused) << i;
-    EXPECT_EQ(judgement.degrees, i == 2 ? 3 : 0) << i;  // the others are no test of the filter
+    EXPECT_EQ(judgement.degrees, i == 2 ? 3 : 0) << i;  // others do not test the filter
     EXPECT_NEAR(state.mean[at::x], poses[i].x, 0.01) << i;
     const bool confirmed = i + 1 == poses.size();
     EXPECT_EQ(state.unconfirmed, !confirmed) << i;

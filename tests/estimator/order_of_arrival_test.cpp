@@ -63,7 +63,7 @@ TEST(OrderOfArrival, TheSameOfTwoDuplicatesCountsInAnyOrder) {
   const CameraPose here{taken, 0, 0.72, 0.15, 0.39, 0.008, 0.008, 0.009};
   const CameraPose there{taken, 0, 0.71, 0.16, 0.39, 0.008, 0.008, 0.009};
 
-  // Adds both at once, or the second one after the first has been fused.
+  // Adds both samples in one tick, or the second one after the first has been fused.
   for (const int ticks_between : {0, 5}) {
     // Two poses at one time come from two cameras, and are not duplicates.
     const auto end_with = [&](const auto& first, const auto& second,

@@ -15,7 +15,7 @@ namespace odomd::estimator::full::testing {
 using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 
-/// Values of the sensors; those that are missing send nothing.
+/// Values of the sensors; a sensor without a value sends nothing.
 using SensorValues = std::map<Source, double>;
 
 /// Drives a car, a tick at a time; counts each source's fused and gated samples.

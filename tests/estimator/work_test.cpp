@@ -1,5 +1,5 @@
-// The most work of a step of the full filter. Fakes that count replace the work on the state: this
-// program defines advance() and its like, so the library's are not linked.
+// Maximum work of a step of the full filter. Counting fakes replace the work on the state: this
+// program defines advance() etc., so the library's are not linked.
 #include "estimator/full_filter.hpp"
 #include "tests/gtest.hpp"
 

@@ -1,7 +1,7 @@
 // A segment writer driven by commands, for tests of clients in other languages.
 //   segment_writer PATH PERIOD_NS
 // It reads commands from standard input, one per line, and answers each with "ok" on standard
-// output. Meanwhile it sends a heartbeat, until "silence". It ends with its input.
+// output. Meanwhile it sends a heartbeat, until "silence". It ends when its input ends.
 //   publish [FIELD=VALUE]...   the previous pose with the next tick, the present time and these
 //                              changes; fields of odom_details too
 //   silence                    no further heartbeat; the last one is set to long ago

@@ -41,7 +41,7 @@ inline odom_info test_info(std::int64_t period = period_ns) {
   return info;
 }
 
-/// Word `index` of a tick, different for every pair.
+/// Word `index` of a tick, different for every pair of index and tick.
 constexpr std::uint64_t pattern(std::uint64_t tick, std::size_t index) {
   std::uint64_t z = tick * 0x9E3779B97F4A7C15U + (index + 1) * 0xBF58476D1CE4E5B9U;
   z ^= z >> 29U;

@@ -39,8 +39,8 @@ inline void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-/// Reads in one way. Each pose must be whole, and, unless writers are killed, not older than the
-/// previous one.
+/// Reads as `kind` says. Each pose must be whole, and, unless writers are killed, not older than
+/// the previous one.
 class Reader {
  public:
   Reader(odom_client* client, ReaderKind kind, std::uint64_t slots, ReaderCounts& counts)
@@ -69,8 +69,8 @@ class Reader {
     }
   }
 
-  // Each attempt is counted. Half-way through, it waits until its slot is the next to be written,
-  // so that the writer overwrites the slot during the other half.
+  // Each attempt is counted. Half-way through, the reader waits until its slot is the next to be
+  // written, so that the writer overwrites the slot during the other half.
   void read_in_place() {
     odom_view view{};
     if (odom_begin(client_, &view) > ODOM_STALE) return count(counts_.unexpected);

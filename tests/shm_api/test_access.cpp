@@ -205,7 +205,7 @@ TEST_F(Access, OnlyASegmentIsReplaced) {
 
 TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
   const std::string lock = path + ".lock";
-  // Files as short as a lock that are none: a word, a pid file readable by all, more than one line.
+  // Files as short as a lock, but no locks: a word, a pid file readable by all, more than one line.
   for (const auto& [neighbour, content, mode] :
        {std::tuple{path + ".tmp", "years of work, and not half a segment", 0600U},
         {lock, "years of work, and no lock", 0600U},

@@ -83,7 +83,7 @@ TEST_F(Embedding, ParentAndChildEachHaveAClientAfterAFork) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-  // The child has unmapped only its own mapping. Another thread may have the client, too.
+  // The child has unmapped only its own mapping. Another thread may use the client, too.
   std::thread([&] { EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose))); }).join();
   EXPECT_EQ(pose.tick, 2U);
 }

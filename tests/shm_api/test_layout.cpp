@@ -1,6 +1,6 @@
 // The layout is a contract with programs that were built years ago: fields and constants are
 // pinned, and the segment as a whole is compared with images that ABI 1.0 and 1.1 wrote. Today's
-// writer reproduces the newest, and clients read all.
+// writer reproduces the newest image, and clients read all images.
 #include <sys/stat.h>
 #include <cstddef>
 #include <cstring>
@@ -128,7 +128,7 @@ TEST(Layout, ClientsStillReadEveryImage) {
   }
 }
 
-// The image's calibrations continue; those that it lacks are not estimated.
+// The image's calibrations are kept; those that the image lacks are "not estimated".
 TEST(Layout, AWriterInheritsFromOneOfAbi1) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("pose");

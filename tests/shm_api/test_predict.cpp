@@ -144,7 +144,7 @@ TEST(Predict, YawUncertaintySwingsThePath) {
 // Checks of a controller before it uses a pose --------------------------------------------------
 
 odom_pose pose_with_covariance(double xx, double xy, double yy) {
-  return {.covariance = {xx, xy, 7.0, yy, 7.0, 9.0}};  // the yaw's must not matter
+  return {.covariance = {xx, xy, 7.0, yy, 7.0, 9.0}};  // the yaw terms must not matter
 }
 
 TEST(PositionSigma, IsTheAxisOfACovarianceAlongTheAxes) {

@@ -57,7 +57,7 @@ TEST_F(RoundTrip, ValidateDetectsThatTheSlotWasOverwritten) {
 
 TEST_F(RoundTrip, WriterThatStopsWithinASlotBlocksNoReader) {
   publish_patterned(writer, 1, 1);
-  // As for a reader that has preempted the writer on its CPU: tick 2 is half written.
+  // As seen by a reader that has preempted the writer on its CPU: tick 2 is half written.
   const std::array<std::uint64_t, 3> half{odomi_sequence(2) - 1, 2, pattern(2, 1)};
   std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
   file.seekp(8 * (ODOM_SEGMENT_HEADER_WORDS + 2 * ODOM_SLOT_WORDS));

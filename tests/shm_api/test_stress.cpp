@@ -163,7 +163,7 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
       const Process publisher({ODOMD_SHM_PUBLISHER, path_, std::to_string(fast_ns)}, "/dev/null",
                               "/dev/null");
       if (i % 4 != 0) {
-        // Killed while it publishes: the old client gets its poses, not only its predecessor's.
+        // Killed while publishing: the old client gets this writer's poses, not only old ones.
         odom_pose pose{};
         odom_info info{};
         const auto follows = [&] {

@@ -50,7 +50,7 @@ TEST_F(Succession, ClientSwitchesToAPublishingSuccessor) {
   odom_pose pose{};
   odom_latest(client.get(), &pose, sizeof pose);
   publish_patterned(successor, 3, now_ns());
-  // The wait accepts it as newer although its tick is lower.
+  // The wait accepts this pose as newer although its tick is lower.
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 5 * slow_ns), ODOM_OK);
   EXPECT_EQ(pose.tick, 3U);
   EXPECT_EQ(info_of(client).instance_id, successor.info().instance_id);

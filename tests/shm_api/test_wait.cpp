@@ -67,8 +67,8 @@ TEST_F(Wait, WakesEveryWaiter) {
 }
 
 // Any process that can read the segment can move the waiters of its futex to another word, because
-// Linux requires no write permission. They miss a wake-up then, but check by themselves after four
-// periods.
+// Linux requires no write permission. Waiters then miss a wake-up, but check by themselves after
+// four periods.
 TEST_F(Wait, ChecksAfterFourPeriodsWithoutAWakeUp) {
   const std::string other = directory.file("other");
   Writer quick{{.name = other, .slots = 8}, test_info(second / 20)};

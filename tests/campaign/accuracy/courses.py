@@ -20,7 +20,7 @@ class View:
     `metres`: it ends this far after its begin."""
 
     camera: bool = False
-    compared: bool = True  # whether also for the models to compare with
+    compared: bool = True  # whether to evaluate the other models, too
     align: str = "first"
     frame: str = "map"
     begin: float | None = None  # s after the start of the drive

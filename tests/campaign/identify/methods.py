@@ -17,7 +17,7 @@ INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
 STIFFNESS = {"front": 20.0, "rear": 60.0}
 WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/car/cars.cpp
 ON_THE_WIRE = 0.3e-3  # a frame takes 0.25 ms and is stamped 0.05 ms later
-CYCLE = 0.01  # of the control units: a wheel's speed is the mean over it, the steering's command is renewed and held
+CYCLE = 0.01  # s, of the control units: wheel speeds are means over a cycle, the steering command is held for one
 
 
 def rows_of(method, seeds, work, given):

@@ -16,7 +16,7 @@ class Value(NamedTuple):
     """A value on one car."""
     row: str
     truth: float
-    found: dict[str, Any] | None  # nothing if the method does not give it
+    found: dict[str, Any] | None  # None if the method does not give the value
     unit: str = "%"  # of the truth, or the unit that scale converts to
     scale: float = 1.0
     bar: float | None = None  # for 2 sigma

@@ -59,7 +59,7 @@ def copy(numbers):
         contents[COPY / name] = rewritten(contents[COPY / name].decode(), mutants).encode()
     for path in COPY.rglob("*"):
         if path.is_file() and path not in contents and not path.is_relative_to(COPY / "build"):
-            path.unlink()  # it has left the tree
+            path.unlink()  # no longer in the tree
     for path, content in {**contents, SWITCH: SWITCH_CODE.encode()}.items():
         if not path.exists() or path.read_bytes() != content:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,7 @@ HEADER = "| UTC | commit | looked at | changed before; after | figures |\n|---|-
 NEWEST = "\n## The newest look in full\n"
 COLUMNS = [("heading", "heading_rms_deg", "°", 1), ("position", "position_rms_m", " m", 2)]
 OF_TRAINING = "Training drives: tests/data/drives/training.csv of that commit."
-UNSAID = "?"  # what was changed: replaced by hand by whoever looked at the figures
+UNSAID = "?"  # what was changed; to be replaced by hand after a look at the figures
 
 
 def commit() -> str:

@@ -9,7 +9,7 @@ from .measure import CELLS, COLUMNS, Part, Row
 JUDGED_MODEL = "full"
 TO_BEAT = "inertial"
 
-GOOD_RATIO = 1.05  # in three quarters of the cells
+GOOD_RATIO = 1.05  # limit for three quarters of the cells
 BAD_RATIO = 1.3  # a worse cell must be explained by an experiment
 
 

@@ -1,5 +1,5 @@
 // The paper's equations and its filter: compares the Jacobian of a step with automatic
-// differentiation and the whole filter with its author's own, and checks the steady turn of the
+// differentiation and the whole filter with the author's filter, and checks the steady turn of the
 // errata and when the filter stops.
 #include "estimator/baselines/motion.hpp"
 
@@ -99,7 +99,7 @@ TEST(DynamicModel, SteadyTurnMatchesTheErrata) {
 }
 
 TEST(DynamicModel, RateIsTheLimitOfTheDiscreteStep) {
-  // The discrete form takes cos δ for 1 and drops v_y ψ̇, so compare at a small δ and v_y.
+  // The discrete form assumes cos δ = 1 and omits v_y ψ̇, so compare at a small δ and v_y.
   const Eigen::Vector3d x{1.5, 0.0, 0.6};
   const Eigen::Vector2d u{0.02, 0.7};
   constexpr double tiny = 1e-7;
@@ -212,7 +212,7 @@ TEST(PaperFilter, StopsForGoodWhenItReverses) {
     EXPECT_TRUE(is_positive_definite(e.covariance));
   };
   expect_frozen(drive.last);
-  // Driving forward again does not clear it, nor does a camera.
+  // Neither driving forward again nor a camera clears the fault.
   drive.ticks(1000, {.speed = 1.0, .steering = 0.0, .yaw_rate = 0.0});
   EXPECT_EQ(drive.see({1.0, 1.0, 1.0}, 9.0, 9.0), Verdict::source_off);
   expect_frozen(drive.tick({.speed = 1.0}));

@@ -16,10 +16,10 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialises) {
   EXPECT_EQ(anchor_.reset_count(), 1U);
   EXPECT_THAT(anchor_.last_jump(), PoseNear(Pose2{}, 0.0));
   EXPECT_THAT(anchor_.map(), PoseNear(moved(map, velocity, 0.04), 1e-9));
-  // The odometry frame starts there too.
+  // The odometry frame starts at the same pose.
   EXPECT_THAT(anchor_.odom(), PoseNear(anchor_.map(), 1e-12));
   EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
-  // Then both move together.
+  // Then both poses move together.
   drive(20);
   EXPECT_THAT(anchor_.odom(), PoseNear(moved(map, velocity, 0.14), 1e-9));
 }
@@ -33,7 +33,7 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesEvenIfOlderThanTheHistory) {
   EXPECT_THAT(anchor_.odom(), PoseNear(anchor_.map(), 1e-12));
   // σ² of the camera, and of the path since.
   EXPECT_GT(anchor_.covariance()[0], 1e-4);
-  // The next one is an ordinary pose.
+  // The next camera pose does not initialise.
   drive(7);
   EXPECT_EQ(take(seen(moved(map, velocity, 0.002), 65 * millisecond)), Verdict::too_old);
   EXPECT_EQ(take(seen(moved(map, velocity, 0.062), 5 * millisecond)), Verdict::fused);

@@ -62,7 +62,7 @@ TEST_F(PoseAnchorTest, CovarianceStaysPositiveDefiniteAndBounded) {
 }
 
 TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettingsAndAGatedPoseChangesNothing) {
-  // ν along x alone: ν² / (P + R) against 16.27. A tight yaw keeps P diagonal.
+  // ν along x alone: ν² / (P + R) against 16.27. A small yaw sigma keeps P diagonal.
   const double sigma = 0.12;  // S = 0.05² + 0.12² = 0.13²
   const auto off_by = [&](double edges) {
     drive(1);
@@ -168,7 +168,7 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     drive(7);
     return std::sqrt(anchor_.covariance()[0]);
   };
-  // σ: 7 ticks at a speed error of 0.5 m/s plus half of 1 m/s, and the camera's 10 mm.
+  // σ: 7 ticks at a speed error of 0.5 m/s plus half the speed (1 m/s), and the camera's 10 mm.
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);
@@ -202,7 +202,7 @@ TEST_F(PoseAnchorTest, GivesEveryPoseItsVerdict) {
            {infinite, Verdict::non_finite},
            {seen_at({}, 40 * millisecond), Verdict::fused},
            {seen_at({}, 40 * millisecond), Verdict::duplicate},
-           {seen_at({}, 50 * millisecond), Verdict::too_old},  // older than the last fused
+           {seen_at({}, 50 * millisecond), Verdict::too_old},  // older than the last fused pose
            {seen_at(wrong, 30 * millisecond), Verdict::gated},
            {seen_at(wrong, 30 * millisecond), Verdict::duplicate},
        })

@@ -30,7 +30,7 @@ TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {
 }
 
 TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
-  // The gyro would correct the yaw rate at once, so there is none.
+  // No gyro, because it would correct the yaw rate immediately.
   Car car;
   const SensorValues values = without(bend_at(1.5, 0.8), Source::yaw_rate);
   car.drive(3.0, values);

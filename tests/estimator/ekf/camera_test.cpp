@@ -170,7 +170,7 @@ TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
     EXPECT_EQ(car.state.resets, 0U);
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
-  // The pose is forced, not fused; and not at once, because an outlier looks the same.
+  // The pose is forced, not fused, and only after others: a single one may be an outlier.
   EXPECT_GE(poses, 3);
   EXPECT_LT(poses * seconds_per_pose, longest_recovery_s);
   EXPECT_EQ(judgement.verdict, Verdict::forced);
@@ -213,7 +213,7 @@ TEST(FullCamera, ACorrectionMayBeAJumpOfTheMap) {
     }
     ASSERT_EQ(later.state.resets, 1U);
     EXPECT_NEAR(later.state.disputed.head<2>().squaredNorm(), 0.25 * 0.3 * 0.3, 0.005);
-    later.truth = {};  // what jumps back did not jump in the end
+    later.truth = {};  // a jump there and back cancels
     for (; later.state.resets == 1 && i < 800; ++i) later.pose(i);
     EXPECT_LT(later.state.disputed.head<2>().squaredNorm(), 0.001);
   }

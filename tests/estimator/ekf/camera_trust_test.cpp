@@ -20,7 +20,7 @@ double off(const Estimate& e) {
   return std::hypot(e.map.x - truth.x, e.map.y - truth.y);
 }
 
-/// Ten seconds on a circle of 2 m/s; `change` is called with every arrival from the fourth on.
+/// Ten seconds on a circle at 2 m/s; `change` is called with every arrival from the fourth on.
 std::vector<Estimate> drive_with(const std::function<void(Arrival&)>& change) {
   std::vector<Arrival> arrivals = drive_on_a_circle(ticks * period_ns);
   for (Arrival& arrival : arrivals)

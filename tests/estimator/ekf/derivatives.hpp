@@ -78,7 +78,7 @@ struct LinearStep {
 /// Reads ∂f/∂s and F off the sensitivity, B ← F B + ∂f/∂s, with B = 0 and with unit vectors.
 inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
   state.covariance.setZero();
-  const double softness = state.variance(slow::softness);  // the noise depends on it
+  const double softness = state.variance(slow::softness);  // the noise depends on this
   state.slow.covariance.setZero();
   state.variance(slow::softness) = softness;
   state.slow.sensitivity.setZero();

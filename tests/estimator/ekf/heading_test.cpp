@@ -38,7 +38,7 @@ TEST(Heading, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
 }
 
 TEST(Heading, BiasAndScaleOfTheGyroActOnTheHeadingAllTheTime) {
-  // Also at a creep, where tyres would straighten the car between two gyro samples.
+  // Also at very low speed, where tyres would straighten the car between two gyro samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
     car.state.slow.mean[slow::gyro_bias] = 0.02;

@@ -142,7 +142,7 @@ void adapt(State& state, Source source, double innovation, double of_sample, dou
   adapt_noise_scales({}, state, {.source = source}, z, nu);
 }
 
-/// The state after 100 s of innovations of `sigmas`, 100 a second; `share`: the part of the
+/// The state after 100 s with 100 innovations of `sigmas` per second; `share`: the part of the
 /// variance from the wheel's own relative error, the rest being the state's.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.reading(source).interval_s = 0.01;

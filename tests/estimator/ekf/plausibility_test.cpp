@@ -1,5 +1,5 @@
 // One corrupt sample among good ones, and the decision between two that contradict each other.
-// Power slides: the accelerometers carry the velocity. What counts as a spin.
+// In power slides, the accelerometers determine the velocity. What counts as a spin.
 #include "estimator/ekf/plausibility.hpp"
 
 #include <random>
@@ -60,7 +60,7 @@ TEST(Plausibility, ASpeedThatIsPolledOnceASecondIsFollowed) {
 }
 
 TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
-  // The wheels send no messages but random frames that pass the checks.
+  // The only wheel messages are random frames that pass the checks.
   const SensorValues silent{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}};
   int wrong = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {

@@ -74,7 +74,7 @@ Dual secant(double stiffness, double across, double most, const Dual& rolls) {
                          : Dual(most / std::abs(across) * rolls);
 }
 
-/// F(α)/α of both axles at a state; it depends on |v_x| only if a tyre slides across at a low
+/// F(α)/α of both axles at a state; it depends on |v_x| only if a tyre slides sideways at a low
 /// speed.
 Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state,
                      const Dual& v_x) {
@@ -214,7 +214,7 @@ TEST(Process, TyreModelErrorGrowsWithTheCubeOfTheForce) {
     propagate(model, {0.0, true}, 0.005, state);
     EXPECT_NEAR(std::sqrt(state.variance(at::v_y) / 0.005), model.tuning.side_slip_floor * gravity,
                 1e-3);
-    // e of variance V decays like white noise of v̇_y with the density 2 T V.
+    // e with the variance V acts like white noise of v̇_y with the density 2 T V.
     const double T = model.tuning.side_force_s;
     const double decay = T / (T + 0.005);
     return 2.0 * T *
@@ -256,7 +256,7 @@ TEST(Process, AtStandstillOnlyRandomWalksGrow) {
 }
 
 TEST(BrushTyre, IsLinearAtSmallSlip) {
-  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // always, with unlimited grip
+  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5).stiffness, 20.0);  // unlimited grip: any α
   EXPECT_EQ(secant_stiffness(20.0, 0.0, 1.0 / 9.0, 1.5).stiffness, 20.0);
   EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 1.0 / 9.0, 1.5).stiffness, 20.0, 1e-4);
 }

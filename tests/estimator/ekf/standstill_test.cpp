@@ -178,8 +178,8 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
-  // The bias's sigma follows the actual scatter, a fifth of the stated noise or all of it: that of
-  // about 1.5 s at 200 samples a second, and of the walk.
+  // The bias's sigma follows the actual scatter (a fifth of the stated noise, or all of it): it is
+  // that of a mean over about 1.5 s at 200 samples a second, plus the walk.
   for (const double share : {0.2, 1.0}) {
     const double scatter = share * Car::sigmas[index_of(Source::yaw_rate)];
     std::mt19937 random(3);

@@ -224,7 +224,7 @@ TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBiasAndWidensThePlace
 }
 
 TEST(Stopping, OneDeadWheelOfTwoDoesNotHoldTheCar) {
-  // On a straight, and on a circle, where the gyro sets the car off.
+  // On a straight, and on a circle, where the gyro ends the standstill.
   for (const double turn_per_metre : {0.0, 1.0}) {
     const auto driven_at = [&](double speed, double accel) {
       const SensorValues bend = with(bend_at(speed, turn_per_metre * speed),
@@ -244,7 +244,7 @@ TEST(Stopping, OneDeadWheelOfTwoDoesNotHoldTheCar) {
 }
 
 TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
-  // No samples arrive while the car sets off; then the gyro is first.
+  // No samples arrive while the car sets off; the first one then is the gyro's.
   Car car = car_at_rest();
   const double before = car.state.variance(at::x);
   advance(car.context, car.state, car.state.time_ns + 400 * millisecond);

@@ -23,8 +23,8 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   EXPECT_NEAR(car.v_x(), 2.0, 1e-9);
 }
 
-// A camera sees the car: a wheel that spins up loses weight and counts as gated, and the gyro of a
-// turn that lasts counts as fused.
+// A camera sees the car: a wheel that spins up loses weight and counts as gated, and a gyro that
+// measures a lasting turn counts as fused.
 TEST(Take, ASlippingWheelLosesItsWeight) {
   Car car;
   const auto seen = [&car](double seconds, const SensorValues& values) {
@@ -176,7 +176,7 @@ TEST(Take, ACalmWheelMayBecomeAsNoisyAsTheOthers) {
 }
 
 TEST(Take, AllWheelsTogetherAreAcceptedAfterAWhile) {
-  // From 1 m/s to 3 m/s at once without a measured acceleration: no car can do that.
+  // No car can jump from 1 m/s to 3 m/s without a measured acceleration.
   Car car = car_after(2.0, straight_at(1.0));
   car.drive(0.2, straight_at(3.0));
   EXPECT_NEAR(car.v_x(), 1.0, 0.05);

@@ -1,5 +1,5 @@
-// Compares the update by a scalar sample with the textbook, and the filter that keeps slow errors
-// apart with the joint filter.
+// Checks the update by a scalar sample against the textbook, and the filter with separate slow
+// errors against the joint one.
 #include "estimator/ekf/update.hpp"
 
 #include <random>
@@ -133,8 +133,8 @@ TEST(Update, CovariancesStayPositiveDefiniteOverThousandsOfUpdates) {
 }
 
 TEST(Update, CorrectingAllSlowErrorsEqualsTheJointFilter) {
-  // Friedland 1969: steps and any updates in turn. The form is exact for constant errors; it
-  // neglects the effect of a walk on their correlation with the state.
+  // Friedland 1969: steps and any updates in turn. Friedland's form is exact for constant errors;
+  // it neglects the effect of random walks on their correlation with the state.
   CarModel model;
   Tuning& t = model.tuning;
   t.gyro_bias_walk = t.gyro_scale_walk = t.wheel_scale_walk = t.stiffness_scale_walk = 0.0;
@@ -167,7 +167,7 @@ TEST(Update, CorrectingAllSlowErrorsEqualsTheJointFilter) {
 }
 
 TEST(Update, ConsideredErrorsOnlyEnlargeThePublishedCovariance) {
-  // The states are those with known slow errors; the published covariance is larger.
+  // The state is as with known slow errors; only the published covariance is larger.
   State considering = somewhere();
   State knowing = somewhere();
   knowing.slow.covariance.setZero();

@@ -8,8 +8,8 @@
 namespace odomd::estimator::full::testing::wheel_speed_test {
 namespace {
 
-/// The grid's states with zero wheel latency: the prediction leaves out the derivatives of its
-/// correction.
+/// The grid's states with zero wheel latency: the prediction leaves out the derivatives of the
+/// latency correction.
 std::vector<State> states_on_time() {
   std::vector<State> states = grid_of_states();
   for (State& state : states) state.slow.mean[slow::wheel_latency] = 0.0;
@@ -180,7 +180,7 @@ TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
   const double alone = gained(Source::wheel_rear_left);
   state.reading(Source::wheel_front_left) = {.consistent = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
-  // If all wheels brake or all are driven, none is free.
+  // If all wheels brake or all are driven, none rolls freely.
   state.mean[at::accel_x] = -6.0;
   EXPECT_EQ(gained(Source::wheel_rear_left), alone);
   state.mean[at::accel_x] = 6.0;

@@ -1,5 +1,5 @@
-// The parity equations: the true motion of a car satisfies all of them. Their least squares, over
-// all rows and without the rows of some sources.
+// The parity equations: the true motion of a car satisfies all of them. Also their least-squares
+// solution, with and without the rows of some sources.
 #include "estimator/integrity/equations.hpp"
 
 #include <initializer_list>

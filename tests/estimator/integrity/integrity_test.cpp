@@ -236,7 +236,7 @@ TEST(Integrity, DoesNotAllocate) {
   EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
 }
 
-// A wheel that spins up as no car can and comes back, and a wheel that follows a braking car.
+// A wheel that spins up faster than any car and recovers, and a wheel that follows a braking car.
 TEST(Integrity, AddsUpTheSlipOfAWheel) {
   const auto ramp = [](double t, double rate) { return rate * std::clamp(t - 1.0, 0.0, 0.3); };
   for (const auto& [rate, slips] : {std::pair{60.0, true}, {-60.0, true}, {9.0, false}}) {

@@ -1,5 +1,5 @@
-// The history of a source: means and their rates, and repeats. And faults of the camera that pass
-// the gate at every instant, and show only over seconds.
+// The history of a source: means and their rates, and repeats. Also camera faults that pass the
+// gate at every instant and show only over seconds.
 #include "estimator/integrity/source_history.hpp"
 
 #include <functional>
