@@ -79,7 +79,7 @@ void expect_same_layout(const Message& message, const Signal& signal, const json
   for (const ValueName& value : signal.values) {
     ASSERT_TRUE(expected["choices"].contains(std::to_string(value.raw)));
     if (is_ascii(value.name)) {
-      EXPECT_EQ(value.name, expected["choices"][std::to_string(value.raw)]);
+      EXPECT_EQ(value.name, expected["choices"][std::to_string(value.raw)].get<std::string>());
     }
   }
 }
