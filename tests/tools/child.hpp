@@ -8,7 +8,7 @@ namespace odomd::tools {
 
 class Child : public Process {
  public:
-  /// Its outputs go to new files, except for a stream as in Process.
+  /// The program's outputs go to new files, except for the stream in `stream_to` (see Process).
   Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments,
         std::pair<int, int> stream_to = {-1, -1})
       : Process(words(program, std::move(arguments)), anew(scratch.path("child.out")),

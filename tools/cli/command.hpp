@@ -111,8 +111,8 @@ class Command {
   /// An option for a file of measurements. Add it before the options that the file may give. The
   /// file is a JSON object: names are those of options, with underscores; values are numbers,
   /// texts, or lists of them. The command line has precedence: an option on it cancels the same
-  /// option in the file, and those that it excludes. One file serves sibling commands: options of
-  /// siblings are skipped, unknown names are errors.
+  /// option in the file, and the options that it excludes. One file serves sibling commands:
+  /// options of siblings are skipped, unknown names are errors.
   void add_measurements(const std::string& name, const std::string& type,
                         const std::string& help) const;
 
@@ -142,8 +142,8 @@ class Command {
 
 // The options with which a command finds the daemon, the same for all commands.
 
-/// The segment without --shm: the library's defaults; or, for commands with --socket, the segment
-/// of the daemon at that socket if it is given.
+/// Which segment to use without --shm: the library's default; or, for commands with --socket, the
+/// segment of the daemon at that socket if one is given.
 enum class SegmentElse { default_names, of_socket };
 
 /// --shm: the segment in which the daemon publishes.

@@ -91,8 +91,8 @@ class CsvReader {
   std::vector<std::string> warnings_;
 };
 
-/// Splits the line into `cells`, without the blanks around them and without their quotes, which are
-/// removed from `line`, too.
+/// Splits the line into `cells`, without the blanks around them and without their quotes; the
+/// quotes are also removed from `line`.
 void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
 /// The number that the whole text represents, also an infinite one or NaN.

@@ -174,7 +174,7 @@ Diagnostics examine_acknowledgement(const std::string& interface, const Link& li
   std::string seen = "is listen-only, and no frame comes";
   if (!frames.empty()) {
     const can::Frame& first = *frames.front();
-    constexpr double without_pause_hz = 200.0;  // repeated at 50 kbit/s: more; idle nodes: less
+    constexpr double without_pause_hz = 200.0;  // repeats exceed it at 50 kbit/s, idle nodes do not
     const double duration_s = 1e-9 * static_cast<double>(frames.back()->time_ns - first.time_ns);
     if (static_cast<double>(frames.size()) < 1.0 + without_pause_hz * duration_s ||
         frames.size() < 2 || !std::ranges::all_of(frames, [&](const can::Frame* frame) {

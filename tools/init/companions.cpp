@@ -1,5 +1,5 @@
-// The name of a companion is that of its signal with an additional token, perhaps without the end:
-// "IMU_YawSigSta" belongs to "IMU_YawRtVal".
+// A companion's name without a token is its signal's name or its beginning: "IMU_YawSigSta" belongs
+// to "IMU_YawRtVal".
 #include "tools/init/roles.hpp"
 
 #include <algorithm>

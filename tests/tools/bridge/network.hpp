@@ -1,4 +1,4 @@
-// The network of tests of the bridge, and the pace at which they tick.
+// The network for tests of the bridge, and the pace at which these tests tick.
 #pragma once
 
 #include <unistd.h>

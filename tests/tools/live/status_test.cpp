@@ -62,7 +62,7 @@ const struct {
     {R"({"/sources/0/healthy": true, "/sources/0/inconsistent": true})",
      {" yaw_rate inconsistent "},
      {}},
-    // Wrong wiring, unless the values are missing or impossible.
+    // Wrong wiring is shown unless the values are missing or impossible.
     {R"({"/sources/0/wiring": "left_right_swapped"})", {"miswired: left right swapped"}, {}},
     {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "failed_protection"})", {}, {"miswired:"}},
     {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "out_of_range"})", {}, {"miswired:"}},

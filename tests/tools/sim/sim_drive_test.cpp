@@ -30,7 +30,7 @@ Drive drive(const RunOptions& options) {
   return result;
 }
 
-/// Times and data of all frames; of one message only the times.
+/// Times and data of all frames, but only the times of the message `but`.
 std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> sent(const Happenings& all,
                                                                      std::uint32_t but = 0) {
   std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> frames;
@@ -142,7 +142,7 @@ TEST(Sim, TheAccelerometerMeasuresGravityInABankedTurn) {
     EXPECT_EQ(level.bank, 0.0);
     EXPECT_NEAR(banked.bank, -0.17, 0.005);
     EXPECT_GT(level.level, 4.0);
-    // The body leans outwards, and less on a bank, which takes a part of the lateral force.
+    // The body leans outwards, but less on a bank, which takes up a part of the lateral force.
     EXPECT_GT(level.roll, 0.03);
     EXPECT_LT(banked.roll, 0.8 * level.roll);
     for (const BankedTurn& turn : {level, banked})

@@ -1,4 +1,4 @@
-// odom watch: its pages about a daemon, line by line, their parts, and the keys.
+// odom watch: the lines and parts of its pages about a daemon, and its keys.
 #include <limits>
 #include <nlohmann/json.hpp>
 
