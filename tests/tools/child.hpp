@@ -16,7 +16,7 @@ class Child : public Process {
         out_(scratch.path("child.out")),
         err_(scratch.path("child.err")) {}
 
-  /// Sends SIGTERM and waits until it ends.
+  /// Sends SIGTERM and waits until the program ends.
   Outcome terminate() {
     signal(SIGTERM);
     return wait();

@@ -69,7 +69,7 @@ class Command {
   /// A copy of this command whose options the help lists under `heading`; empty: under no heading.
   [[nodiscard]] Command group(const std::string& heading) const;
 
-  /// Names a program, with the options --version and --help.
+  /// Names the program and adds the options --version and --help.
   void program(const std::string& name, const std::string& version) const;
   void description(const std::string& sentence) const;
   /// The text at the end of the help.

@@ -47,9 +47,9 @@ class CsvReader {
   /// Whether the header has the column with this index.
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
-  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; a
-  // number of digits; the index of a word in a list, where `otherwise` says how to correct another
-  // word.
+  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; an
+  // integer; the index of a word in a list, where `otherwise` is the correction for words that are
+  // not in it.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
   template <std::integral T>

@@ -1,4 +1,4 @@
-// The kinds of diagnostics that only the tools give, and the table of all, from which
+// The kinds of diagnostics that only the tools give, and the table of all kinds, from which
 // docs/diagnostics.md is generated. Columns: code, name, meaning, fix; some rows also have limits,
 // their unit and their reason.
 #pragma once

@@ -45,8 +45,8 @@ bool has_id(const can::BoundMessage& message, std::uint32_t id) {
   return ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// Compares the rate of a message on one bus with that in the database. The replay compares it with
-// the timeouts.
+// Compares the rate of a message on one bus with that in the database. The replay compares the rate
+// with the timeouts.
 std::optional<Diagnostic> check_rate(const can::BoundMessage& message, const Identifier& seen) {
   constexpr const diagnostics::Kind& off = kind("other_rate");
   if (seen.rate_hz <= 0.0 || message.cycle_time_ns <= 0) return std::nullopt;

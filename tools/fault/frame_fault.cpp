@@ -22,7 +22,7 @@ constexpr std::array front_and_rear{Pair{Source::wheel_front_left, Source::wheel
                                     Pair{Source::wheel_front_right, Source::wheel_rear_right}};
 constexpr std::array x_and_y{Pair{Source::accel_x, Source::accel_y}};
 
-/// The other source of the pair; itself if it is in no pair.
+/// The other source of the pair, or the source itself if it is in no pair.
 Source exchanged(Source source, std::span<const Pair> pairs) {
   for (const auto& [first, second] : pairs) {
     if (source == first) return second;

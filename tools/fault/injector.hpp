@@ -1,4 +1,4 @@
-// Applies several faults at once to a stream of frames or camera poses, and to whole logs.
+// Applies several faults together to a stream of frames or camera poses, and to whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
 // injector.take(frame, out); // appends the frames that are due by now

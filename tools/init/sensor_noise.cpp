@@ -27,8 +27,8 @@ Range range_of(Source role) {
   return role == Source::yaw_rate ? Range{0.005, 0.05} : Range{0.3, 2.0};
 }
 
-/// The mean reading while all wheels are at rest, without outliers. Nothing if the readings scatter
-/// as those of a turning car.
+/// The mean reading while all wheels are at rest, without outliers. Empty if the readings scatter
+/// like those of a turning car.
 std::optional<double> bias_at_rest(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
   constexpr double max_spread = 0.02;         // rad/s: the readings of a creeping car scatter more

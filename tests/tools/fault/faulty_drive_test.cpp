@@ -1,4 +1,4 @@
-// The runs of the integrity campaign equal those of odom replay, so its results hold for users.
+// The integrity campaign's runs equal those of odom replay, so the results hold for users.
 #include <memory>
 
 #include "daemon/core/pipeline.hpp"

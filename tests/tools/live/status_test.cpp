@@ -36,8 +36,8 @@ json document(double uptime, std::uint64_t ticks) {
   return now;
 }
 
-// What `odom status` says of the document after changes at some paths, with one blank between
-// words, and what it does not say then.
+// What `odom status` prints for the document after changes at some paths, with one blank between
+// words, and what it does not print then.
 const struct {
   const char* changes;
   std::vector<const char*> says;

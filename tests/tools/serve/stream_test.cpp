@@ -1,4 +1,4 @@
-// What odom serve says of a daemon: its stream of events and its metrics.
+// What odom serve says about a daemon: its stream of events and its metrics.
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/serve/serve_process.hpp"
 

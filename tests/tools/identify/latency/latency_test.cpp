@@ -53,7 +53,7 @@ estimator::CameraPose pose_at(double t, double x, double y, double turned) {
 }
 
 /// The rear wheels' speeds, `side` [m] left and right of the middle (below 0: exchanged), each with
-/// noise of its own. Their spin adds a latency of `lag` [s per m/s].
+/// independent noise. Their spin adds a latency of `lag` [s per m/s].
 void add_rear_wheels(SignalLog& log, double side, const Sampling& how, double lag = 0.0) {
   const auto wheel = [&](double y, unsigned seed) {
     Sampling own = how;

@@ -205,7 +205,7 @@ TEST(Watch, ScrollsToTheEndAndNoFurther) {
   EXPECT_THAT(end, AllOf(HasSubstr("tracking"), HasSubstr("IMU"), HasSubstr("the end")));
 }
 
-// What the page says of a daemon in another state.
+// What the page says about a daemon in another state.
 TEST(Watch, SaysWhatIsMissing) {
   const struct {
     void (*change)(State&);
