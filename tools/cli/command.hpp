@@ -56,7 +56,7 @@ template <typename T>
 /// May be given several times with one value each; without this a list takes all following
 /// arguments.
 [[nodiscard]] Rule one_each();
-/// As one_each(), but the help shows a single value.
+/// Like one_each(), but the help shows a single value.
 [[nodiscard]] Rule repeatable();
 
 template <typename T>

@@ -28,7 +28,7 @@ class LogOrder {
     newest_ns_ = std::max(newest_ns_, time_ns);
   }
 
-  /// Throws std::invalid_argument if there was such a frame.
+  /// Throws std::invalid_argument if a frame was late.
   void require_sorted() const {
     if (late_ == 0) return;
     throw std::invalid_argument(

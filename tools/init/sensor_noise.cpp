@@ -21,7 +21,7 @@ struct Range {
   double least, most;
 };
 
-/// The range of sigmas that a filter can use: below it, the errors of its model are larger.
+/// The range of sigmas that a filter can use: below it, the filter's model errors dominate.
 Range range_of(Source role) {
   if (is_wheel(role)) return {0.02, 0.1};
   return role == Source::yaw_rate ? Range{0.005, 0.05} : Range{0.3, 2.0};

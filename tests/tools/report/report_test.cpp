@@ -130,7 +130,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
   EXPECT_FALSE(paper.contains("position"));
   EXPECT_FALSE(paper.contains("nees"));
-  // With camera poses, the error at the end is the camera's; this is said once for all drives.
+  // With camera poses, the end error is the camera's; this note is printed once for all drives.
   constexpr auto note =
       "--closed-loop with camera poses: the error at the end is only as good as the camera";
   const std::string closed = "--drive lap --closed-loop --model paper";

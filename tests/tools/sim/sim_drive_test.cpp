@@ -78,7 +78,7 @@ TEST_P(EveryDrive, EndsStandingWhereItBegan) {
   const double gap = size_of(d.plan.car_kind) != CarSize::full ? 0.04 : car ? 0.5 : 0.4;
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), gap);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
-  // The car stands at first, and the stamps increase.
+  // The car is at rest at first, and the stamps increase.
   EXPECT_EQ(d.all.truth[99].pose.x, d.plan.start.x);
   for (std::size_t i = 1; i < d.all.frames.size(); ++i)
     ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);

@@ -42,7 +42,7 @@ TEST(MarkerTrack, NamesLineAndColumnOfBadInput) {
 }
 
 // A film computed from a formula, without a tyre model: motion, alignment with the log, steady
-// circles. The car stands, speeds up, circles and stops.
+// circles. The car is at rest, accelerates, circles and stops.
 
 /// Speed, yaw rate and drift (in the car's frame) over time [s].
 struct SyntheticDrive {
