@@ -1,4 +1,4 @@
-// Checks of the configuration against its databases, and of its numbers.
+// Checks of the configuration's numbers, and of the configuration against its databases.
 #include <functional>
 
 #include "config_files.hpp"
