@@ -57,8 +57,7 @@ check "kill -9: the pose was resumed" "see above" every '.after.restarted'
 check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
 check "kill -9: the pose is where the car can have come to" "see above" \
   every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
-# The calibrations start from the predecessor's values but have changed since, the first of them
-# quickly.
+# The calibrations start from the predecessor's, but have changed since, the first of them quickly.
 check "kill -9: mostly, the calibrations are the predecessor's" "see above" \
   jq -s -e 'map([.after.calibrations, .before.calibrations] | transpose | all(.[0] - .[1] | fabs < 0.05)) |
     (map(select(.)) | length) * 2 > length' continued.json
