@@ -1,4 +1,4 @@
-// A separate file, so that no compiler sees through operator new at a call and reports that free()
+// A separate file: a compiler that sees this operator new at a call would report that free()
 // releases memory from new.
 #include "tests/allocation_count.hpp"
 
@@ -33,7 +33,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-// std::stable_sort() and its like allocate with this operator, and release with the plain delete.
+// std::stable_sort() and others allocate with this operator, and release with the plain delete.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++count;
   return std::malloc(size == 0 ? 1 : size);

@@ -12,11 +12,11 @@ inline void PrintTo(const Diagnostic& diagnostic, std::ostream* out) {
   *out << text_of(diagnostic);
 }
 
-/// A diagnostic of a kind: `Named("wrong_sign")`.
+/// A diagnostic of this kind: `Named("wrong_sign")`.
 MATCHER_P(Named, name, std::string{"is "} + name) {
   return arg.kind->name == name;
 }
-/// The same about a subject, or with this text: `Named("wrong_sign", "yaw_rate")`.
+/// The same, with this text, such as its subject: `Named("wrong_sign", "yaw_rate")`.
 MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"') {
   return arg.kind->name == name && text_of(arg).find(part) != std::string::npos;
 }

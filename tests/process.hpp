@@ -74,7 +74,7 @@ class Process {
   }
   void close_input() { input_ = {}; }
   void signal(int number) const { ::kill(pid_, number); }
-  /// Its exit status, or 128 + the signal that ended it; -1 if it does not end.
+  /// The program's exit status, or 128 + the signal that ended it; -1 if it does not end.
   [[nodiscard]] int wait() {
     int raw = 0;
     if (!eventually([&] { return ::waitpid(pid_, &raw, WNOHANG) == pid_; })) return -1;

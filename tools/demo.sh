@@ -106,7 +106,7 @@ sed -n '/^beat/,/^real time/p' "$out/status.txt"
 sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
 echo
 sed -n '/^calibration /,/^$/p' "$out/status.txt"
-# Missed cycles are counted by the beat (above), up to half a second before the end; the count of the client would differ.
+# The beat counts missed ticks (above), until half a second before the end; a client's count would differ.
 echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"
 echo
 echo "poses, logs, evaluation and status: $out"

@@ -1,4 +1,4 @@
-// odom: one command, a subcommand a file.
+// odom: one command, with one file per subcommand.
 #include <string_view>
 #include <vector>
 

@@ -20,7 +20,7 @@ struct Machine {
   [[nodiscard]] std::int64_t wall(std::int64_t monotonic) const { return monotonic + wall_offset; }
 };
 
-/// The stamp, read at `now`, is that of an instant of MONOTONIC.
+/// The stamp, when converted at `now`, must give `time` on MONOTONIC.
 void expect_time(const WallClock& clock, std::int64_t stamp, std::int64_t now, std::int64_t time,
                  double tolerance_ns = 1000.0) {
   const auto converted = clock.to_monotonic(stamp, now);
@@ -65,8 +65,8 @@ TEST(WallClock, ConvertsEachStampWithTheOffsetOfItsTime) {
     EXPECT_EQ(clock.update(machine.read(now)), ClockEvent::stepped);
     expect_time(clock, stamp_before, now, last + 1 * ms);
     expect_time(clock, stamp_after, now, last + 3 * ms);
-    // A frame that waited longer in the socket is still converted, except after a step back that is
-    // shorter than its wait, because its stamp has then occurred twice.
+    // A frame that waited longer in the socket is still converted, unless the clock was set back by
+    // less than this wait: then its stamp has occurred twice.
     const std::int64_t later = now + 50 * ms;
     EXPECT_EQ(clock.update(machine.read(later)), ClockEvent::none);
     if (step > 0 || step <= last - later) expect_time(clock, stamp_before, later, last + 1 * ms);

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The beat must not be the first to call a function that the dynamic linker has yet to look up.
+# odomd must be linked so that the beat never waits for the dynamic linker to look up a function.
 #   check_binding.sh ODOMD
 set -eu
 if ! readelf -d "$1" | grep -qE 'BIND_NOW|FLAGS.* NOW'; then

@@ -23,7 +23,7 @@ odom_camera_message camera_pose(const odom_pose& at) {
   return message;
 }
 
-/// A camera pose at the start, stamped with the time of the log `after_ns` after its first frame.
+/// A camera pose at the start position, whose log stamp is `after_ns` after the first frame.
 odom_camera_message log_pose(std::int64_t after_ns) {
   odom_camera_message message{};
   message.clock = ODOM_CLOCK_LOG;

@@ -85,7 +85,7 @@ TEST_F(OdomdRecord, StartsDuringADriveAndStopsOnSigint) {
   EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"model\": \"kinematic\""));
   expect_bit_identical("drive");
   EXPECT_TRUE(desk_.logs("ticks: the recorder disconnected"));
-  // Further recordings of the same daemon, one right after the other.
+  // Further recordings of the same daemon, each directly after the previous one.
   for (const char* folder : {"drive2", "drive3"}) {
     EXPECT_EQ(
         desk_.odom(fmt::format("record --socket record.sock --duration 0.3 --out {}/", folder),

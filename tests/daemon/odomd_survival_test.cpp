@@ -24,7 +24,7 @@ class OdomdSurvival : public ::testing::Test {
     desk_.write("stderr", "");
     return DaemonProcess(desk_, arguments).wait();
   }
-  /// The one line of a daemon that ends with status 2.
+  /// The only line on standard error of a daemon that must end with status 2.
   std::string error_of(const std::vector<std::string>& arguments) {
     EXPECT_EQ(status_of(arguments), 2);
     auto errors = desk_.read("stderr");
@@ -144,7 +144,7 @@ TEST_F(OdomdSurvival, ReportsWhyItCannotRecreateItsSegmentAndContinues) {
   ASSERT_TRUE(desk_.logs("cannot be recreated: " + desk_.segment() +
                          ": is a file, not a segment of odomd"));
   EXPECT_EQ(desk_.read("pose"), "years of work, and no segment");
-  await_pose(client);  // a reader of the old one continues
+  await_pose(client);  // a reader of the old segment continues
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(desk_.logs("it has been recreated"));
   await_pose(open_client(desk_));

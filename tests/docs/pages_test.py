@@ -17,7 +17,7 @@ import xml.etree.ElementTree
 from shown_commands import ROOT, end, run
 
 USER = "daemon" if os.geteuid() == 0 else None  # a user without privileges
-BLOCKS = {  # indented blocks of a page by their beginning: RUN, or the reason not to
+BLOCKS = {  # each page's indented blocks, by their first words: RUN, or why they are not run
     "README.md": {"sudo apt install ./{odomd,odom-tools,odom-web}": "RUN", "git clone": "tests/tools/demo_test.cpp",
                   "sudo apt install ./{odomd,odom-tools,lib": "root", "odomd --config": "root", "odom record": "a car"},
     "docs/your-computer.md": {"dtparam": "settings", "odomd": "RUN"},

@@ -42,7 +42,7 @@ class ShownCommands(unittest.TestCase):
                 ("$ echo pid 17 died\npid ... lives", 1),
                 ("$ echo 1+1 is 2\n1.1 is 2", 1),
                 ("$ echo one \\\n  two\none two", 0),  # the command goes on behind a backslash
-                # Commands share a directory, and what runs on holds up nobody.
+                # Commands share a directory, and a command in the background delays no other.
                 ("$ echo kept >file; sleep 1000 &\n$ cat file\nkept", 0)):
             with self.subTest(blocks):
                 self.assertEqual(outcome(blocks)[0], status)

@@ -80,7 +80,7 @@ std::string with_keys(std::string toml, const std::string& keys) {
   return toml.insert(toml.find('}'), ", " + keys);
 }
 
-/// Errors of x, y and yaw, then the same in sigmas.
+/// Errors of x, y and yaw, then the same errors divided by their sigmas.
 cv::Vec6d errors_of(const CameraPose& pose, const Car& car) {
   const double x = pose.x - car[0], y = pose.y - car[1];
   const double yaw = std::remainder(pose.yaw - car[2] * degree, 2 * CV_PI);
@@ -156,7 +156,7 @@ TEST_F(AprilTagCamera, FollowsTagsOfTheMap) {
   expect_near(poses(from_cars({front, left}), two_tags), cars, 0.0);
 }
 
-// Seen from the front, two poses fit a tag almost equally well. The file of tags is the page's.
+// Seen from the front, two poses fit a tag almost equally well. The tags are docs/camera.md's.
 TEST_F(AprilTagCamera, SigmasCoverBothPosesOfASingleTag) {
   std::string toml = contents(ODOMD_SOURCE_DIR "/docs/camera.md");
   toml = toml.substr(toml.find("```toml\n") + 8);

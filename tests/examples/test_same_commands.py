@@ -182,7 +182,7 @@ class SameCommands(unittest.TestCase):
         for tick, distance in ((2, 0.0), (3, 0.3), (8, -0.2)):
             if tick in rows:
                 self.assertAlmostEqual(rows[tick].cross_track, distance, delta=0.02)
-        # Left of the path they steer right, and against a heading error.
+        # The examples steer right if they are left of the path, and against a heading error.
         steering = {tick: rows[tick].steering for tick in (2, 3, 4, 8) if tick in rows}
         self.assertLess(steering.get(3, -1.0), steering.get(2, 0.0))
         self.assertGreater(steering.get(4, 1.0), steering.get(2, 0.0))

@@ -1,5 +1,5 @@
-// Cameras and a recorder act on their sockets arbitrarily. There must be no more poses and warnings
-// together than messages sent, and the recorder must get only complete messages.
+// Cameras and a recorder act on their sockets arbitrarily. Poses and warnings together must not
+// outnumber the messages sent, and the recorder must get only complete messages.
 //
 // The input consists of commands of one byte: a camera connects (0), disconnects (1), sends raw
 // bytes (2: one byte for their number, then the bytes), or sends a message with correct magic and

@@ -68,10 +68,10 @@ echo $? >/run/lab/status.tmp
 mv /run/lab/status.tmp /run/lab/status
 end
 
-# Emulated processors must not run code that the kernel is patching: QEMU before 8.1 may keep
-# running a translation made meanwhile, and the kernel crashes. The kernel patches its code like
-# this when the first process asks for packet stamps and when the last one stops. So one process
-# always asks for them, on an unused id.
+# Emulated processors must not run code that the kernel is patching: QEMU before 8.1 may keep running
+# a translation made during the patch, and the kernel crashes. The kernel patches its code like this
+# when the first process asks for packet stamps and when the last one stops. So one process always
+# asks for them, on an unused id.
 chroot /root /usr/bin/candump -t a any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
 
 case " $command_line " in

@@ -30,7 +30,7 @@ printf '[Journal]\nStorage=volatile\nRateLimitBurst=0\n' >/root/run/systemd/jour
 # everything.
 echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
 
-# If the host is a container, its root has a marker file; this machine is not a container.
+# A host that is a container has a marker file, which this machine must not have.
 rm -f /root/.dockerenv
 
 # If the host's user is not root, these files cannot be read: replace them with empty ones.

@@ -96,7 +96,7 @@ share() {
 
 # boot FLAVOUR: runs the machine to its end; returns the exit status of qemu.
 boot() {
-  # Other work on the host must not cause missed ticks in the machine, so root raises its priority;
+  # Other work on the host must not cause missed ticks in the machine, so root raises QEMU's priority;
   # the machine's two processors are idle most of the time, which leaves enough for the host.
   local ahead=()
   chrt -r 1 true 2>/dev/null && ahead=(chrt -r 1)

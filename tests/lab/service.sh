@@ -22,7 +22,7 @@ is_confined() {
   check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
 }
 
-# is_nobodys UNIT: the same, for a service without a user of its own.
+# is_nobodys UNIT: like is_confined, for a service without a user of its own.
 is_nobodys() {
   local user
   user=$(ps -o user:32= -p "$(main_pid "$1")")

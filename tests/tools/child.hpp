@@ -8,7 +8,7 @@ namespace odomd::tools {
 
 class Child : public Process {
  public:
-  /// Its outputs go to new files, except for a stream as in Process.
+  /// The program's outputs go to new files, except for the stream in `stream_to` (see Process).
   Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments,
         std::pair<int, int> stream_to = {-1, -1})
       : Process(words(program, std::move(arguments)), anew(scratch.path("child.out")),
@@ -16,7 +16,7 @@ class Child : public Process {
         out_(scratch.path("child.out")),
         err_(scratch.path("child.err")) {}
 
-  /// Sends SIGTERM and waits until it ends.
+  /// Sends SIGTERM and waits until the program ends.
   Outcome terminate() {
     signal(SIGTERM);
     return wait();

@@ -35,7 +35,7 @@ inline Trajectory wavy_drive(double from_s, double to_s, double step_s) {
   return drive;
 }
 
-/// From the origin at t = 0, with the heading along x, at a speed and a yaw rate.
+/// A drive at constant speed and yaw rate, starting at the origin at t = 0, heading along x.
 inline Trajectory arc_drive(double speed, double yaw_rate, double seconds, double step_s) {
   Trajectory drive;
   drive.name = "arc.csv";

@@ -52,7 +52,7 @@ class OnATerminal {
     }
     return false;
   }
-  /// Whether the text appears in what has come by now, after the texts before it.
+  /// Whether the text appears in the output so far, after the text that was found before.
   [[nodiscard]] bool has_shown(std::string_view text) {
     read_some(0);
     const auto at = seen_.find(text, from_);
@@ -61,7 +61,7 @@ class OnATerminal {
     return true;
   }
 
-  /// Its exit status after reading all its output; 128 + the signal that ended it.
+  /// Reads all output. Returns the command's exit status, or 128 + the signal that ended it.
   [[nodiscard]] int end() {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
     while (std::chrono::steady_clock::now() < deadline && read_some(1000)) {

@@ -61,7 +61,7 @@ class SlowDaemon {
   /// Sets the heartbeat without a tick.
   void beat() { writer_->set_heartbeat(now_ns()); }
   void fall_silent() { writer_->set_heartbeat(now_ns() - 60 * period_ns_); }
-  /// Sets the log's present time.
+  /// Sets the present time of the log that the daemon plays.
   void play_log(std::int64_t log_ns) {
     beat();
     writer_->set_log_offset(log_ns - now_ns());

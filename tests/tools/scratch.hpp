@@ -50,7 +50,7 @@ inline std::string must_run(const std::string& command) {
   return outcome.out;
 }
 
-/// A directory in which commands run: they name its files without a path.
+/// A directory in which commands run, so that they name its files without a path.
 class Scratch : public odomd::Scratch {
  public:
   [[nodiscard]] Outcome run(const std::string& command) const {
@@ -69,7 +69,7 @@ class Scratch : public odomd::Scratch {
   [[nodiscard]] std::string text(std::string_view name) const { return contents(path(name)); }
 };
 
-/// The first error of a text as XML, as our own pages and pictures are; empty if there is none.
+/// The first error of a text parsed as XML (our pages and pictures are); empty if none.
 inline std::string markup_fault(std::string_view text) {
   const Scratch scratch;
   scratch.write("page", text);
@@ -117,8 +117,8 @@ struct SharedDrive {
 };
 
 /// Runs `command` with the left part of each row of a table, in the directory. It must end with
-/// this status and say the right part on standard error: as a part, or whole if it begins with
-/// "odom". With status 2 that is one line, and nothing is on standard output.
+/// this status. Standard error must contain the right part, or equal it if that begins with "odom".
+/// With status 2 it is one line, and standard output is empty.
 inline void expect_answers(const Scratch& scratch, int status, const std::string& command,
                            const char* table) {
   for_each_row(table, [&](const std::string& arguments, const std::string& says) {

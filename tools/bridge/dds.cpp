@@ -33,7 +33,7 @@ dds_entity_t made(dds_entity_t entity, const std::string& what) {
   return entity;
 }
 
-// Its entities end with it.
+// Deletes its entities when it is destroyed.
 struct Participant {
   explicit Participant(const BridgeOptions& options)
       : entity(made(dds_create_participant(domain_of(options), nullptr, nullptr),

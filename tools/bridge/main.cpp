@@ -14,7 +14,7 @@ namespace {
 
 void bridge(BridgeOptions& options) {
   complete(options);
-  // Blocks signals before DDS starts its threads, which inherit the block: signals must come here.
+  // Blocks signals before DDS starts threads, which inherit this: only this thread may get signals.
   const Interrupt held_back;
   std::vector<std::unique_ptr<Sink>> sinks;
   if (options.publishes_ros()) sinks.push_back(open_dds(options));

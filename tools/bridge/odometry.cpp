@@ -9,14 +9,14 @@
 namespace odomd::tools {
 namespace {
 
-/// Symmetric, over x, y and yaw, from its upper triangle by rows.
+/// The symmetric covariance of x, y and yaw, from the rows of its upper triangle.
 Eigen::Matrix3d covariance_of(const double* P) {
   Eigen::Matrix3d all;
   all << P[0], P[1], P[2], P[1], P[3], P[4], P[2], P[4], P[5];
   return all;
 }
 
-/// In the axes of a planar pose among six.
+/// Puts the covariance of x, y and yaw into that of all six axes.
 Covariance6 placed(const Eigen::Matrix3d& P) {
   constexpr std::array<std::size_t, 3> axes{0, 1, 5};
   Covariance6 all{};
@@ -38,7 +38,7 @@ estimator::Pose2 correction_of(const odom_pose& pose) {
 }
 
 PlanarQuaternion quaternion_of(double yaw) {
-  // The yaw is unwrapped, so half of it may have any size; keep the quaternion's sign consistent.
+  // The yaw is unwrapped. Without remainder(), every whole turn would change the quaternion's sign.
   const double half = 0.5 * std::remainder(yaw, 2.0 * 3.14159265358979323846);
   return {std::sin(half), std::cos(half)};
 }

@@ -1,4 +1,4 @@
-// A pose in the terms of ROS: REP 103 (axes, units; those of ISO 8855), REP 105 (frames), and the
+// A pose in ROS terms: REP 103 (axes and units, as in ISO 8855), REP 105 (frames), and the
 // covariances of nav_msgs/Odometry. No DDS in here.
 #pragma once
 
@@ -30,8 +30,8 @@ struct Odometry {
 
 [[nodiscard]] Odometry odometry_of(const BridgeSample& sample, PoseFrame frame);
 
-/// The pose of the odometry frame in the map, which a jump of the map pose changes. Composed with
-/// the car's pose in the odometry frame, it gives the car's pose in the map.
+/// The pose of the odometry frame in the map. A jump of the map pose changes it. Composed with the
+/// car's pose in the odometry frame, it gives the car's pose in the map.
 [[nodiscard]] estimator::Pose2 correction_of(const odom_pose& pose);
 [[nodiscard]] estimator::Pose2 correction_between(const estimator::Pose2& map,
                                                   const estimator::Pose2& odom);

@@ -18,7 +18,7 @@ struct FrameNames {
   std::string base = "base_link";
 };
 
-/// The transforms sent to /tf. Each must have one publisher: send fewer if another node sends some.
+/// The transforms sent to /tf. Each must have one publisher: omit those that another node sends.
 enum class Transforms : std::uint8_t { all, odom, none };
 
 /// The topic whose poses go to the daemon's camera socket.

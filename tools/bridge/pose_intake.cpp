@@ -75,7 +75,7 @@ void PoseIntake::take(const RosPose& pose, std::int64_t now_ns) {
   ++counts_["received"];
   if (!checked.refusal.empty()) {
     ++counts_["refused_" + checked.refusal];
-    // One message per wrong frame, and one per other reason, whose texts contain numbers.
+    // One message per wrong frame, and one per other reason: those texts differ with every pose.
     note(checked.refusal.ends_with("frame") ? checked.problem : checked.refusal,
          "a pose is refused: " + checked.problem);
     return;

@@ -56,7 +56,7 @@ template <typename T>
 /// May be given several times with one value each; without this a list takes all following
 /// arguments.
 [[nodiscard]] Rule one_each();
-/// As one_each(), but the help shows a single value.
+/// Like one_each(), but the help shows a single value.
 [[nodiscard]] Rule repeatable();
 
 template <typename T>
@@ -69,7 +69,7 @@ class Command {
   /// A copy of this command whose options the help lists under `heading`; empty: under no heading.
   [[nodiscard]] Command group(const std::string& heading) const;
 
-  /// Names a program, with the options --version and --help.
+  /// Names the program and adds the options --version and --help.
   void program(const std::string& name, const std::string& version) const;
   void description(const std::string& sentence) const;
   /// The text at the end of the help.
@@ -111,8 +111,8 @@ class Command {
   /// An option for a file of measurements. Add it before the options that the file may give. The
   /// file is a JSON object: names are those of options, with underscores; values are numbers,
   /// texts, or lists of them. The command line has precedence: an option on it cancels the same
-  /// option in the file, and those that it excludes. One file serves sibling commands: options of
-  /// siblings are skipped, unknown names are errors.
+  /// option in the file, and the options that it excludes. One file serves sibling commands:
+  /// options of siblings are skipped, unknown names are errors.
   void add_measurements(const std::string& name, const std::string& type,
                         const std::string& help) const;
 
@@ -142,8 +142,8 @@ class Command {
 
 // The options with which a command finds the daemon, the same for all commands.
 
-/// The segment without --shm: the library's defaults; or, for commands with --socket, the segment
-/// of the daemon at that socket if it is given.
+/// Which segment to use without --shm: the library's default; or, for commands with --socket, the
+/// segment of the daemon at that socket if one is given.
 enum class SegmentElse { default_names, of_socket };
 
 /// --shm: the segment in which the daemon publishes.

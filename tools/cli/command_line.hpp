@@ -61,7 +61,7 @@ class CommandLine {
 [[noreturn]] void become(const std::string& program, std::vector<std::string> arguments,
                          const std::string& where_missing);
 
-/// Likewise for a program with the same options as `command`, which was called: it gets them.
+/// Likewise, passing on the options of `command`, all of which `program` must have.
 [[noreturn]] void hand_over(const Command& command, const std::string& program,
                             const std::string& where_missing);
 

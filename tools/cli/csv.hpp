@@ -47,9 +47,9 @@ class CsvReader {
   /// Whether the header has the column with this index.
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
-  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; a
-  // number of digits; the index of a word in a list, where `otherwise` says how to correct another
-  // word.
+  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; an
+  // integer; the index of a word in a list, where `otherwise` is the correction for words that are
+  // not in it.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
   template <std::integral T>
@@ -91,8 +91,8 @@ class CsvReader {
   std::vector<std::string> warnings_;
 };
 
-/// Splits the line into `cells`, without the blanks around them and without their quotes, which are
-/// removed from `line`, too.
+/// Splits the line into `cells`, without the blanks around them and without their quotes; the
+/// quotes are also removed from `line`.
 void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
 /// The number that the whole text represents, also an infinite one or NaN.

@@ -128,8 +128,8 @@ void check_writable(const std::filesystem::path& file) {
 
 namespace {
 
-// The group of a file is kept without the right to give the file away; without that, too, the group
-// of the writer must not get the rights that the other group had.
+// Keeps the group if only the owner cannot be kept. If the group cannot be kept either, the
+// writer's group must not get the rights that the former group had.
 void keep_owner_and_mode(int copy, const struct stat& replaced) {
   mode_t mode = replaced.st_mode & 07777U;
   if (::fchown(copy, replaced.st_uid, replaced.st_gid) != 0 &&
@@ -156,7 +156,7 @@ WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_
     if (!copy_ && errno != EEXIST)
       throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written_));
   }
-  // By its descriptor: the name may be somebody else's by now.
+  // Opened by its descriptor: the name may belong to another file by now.
   output_.open(fmt::format("/proc/self/fd/{}", copy_.get()), std::ios::binary);
   if (!output_) {
     ::unlink(written_.c_str());

@@ -158,7 +158,7 @@ void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
   check_files(options, car);
   CameraLog camera;
   std::int64_t start_ns = 0;
-  // Read before the log is written: nothing is written if either of the two cannot be used.
+  // Read before the log is written: nothing is written if either input cannot be used.
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
     warn("fault", camera.warnings);

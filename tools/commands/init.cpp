@@ -36,7 +36,7 @@ void add_init(Command odom) {
   command.add("--dbc", "DBC", options->init.databases,
               "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers match it",
               {one_each()});
-  constexpr int last_vesc = 254;  // 255 addresses all
+  constexpr int last_vesc = 254;  // 255 addresses all VESCs
   command.add("--vesc", "ID", options->init.vesc,
               "ID of the VESC whose CAN status frames give the speed. Their database is written "
               "beside FILE as vesc-ID.dbc",

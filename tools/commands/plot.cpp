@@ -47,7 +47,7 @@ std::vector<Figure> innovations_of(const std::string& file) {
   return figures;
 }
 
-// Reads the poses, and of a running daemon the beat.
+// Reads the poses and, from a running daemon, the beat.
 PlotInput read_input(const Options& options, std::optional<BeatHistogram>& beat) {
   PlotInput input;
   if (options.seconds > 0.0) {

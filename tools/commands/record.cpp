@@ -176,7 +176,7 @@ class Recorder {
   // The folder --out, or one named by the date; the next folders of one call get a number.
   std::filesystem::path next_folder() {
     std::string base = options_.out.empty() ? name_of_now() : options_.out;
-    while (base.size() > 1 && base.back() == '/') base.pop_back();  // from a shell's completion
+    while (base.size() > 1 && base.back() == '/') base.pop_back();  // added by a shell's completion
     std::string name = base;
     for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}", base, i);
     if (folders_++ == 0) begun_ = steady_clock::now();

@@ -116,7 +116,7 @@ void simulate(const Arguments& arguments) {
   std::optional<sim::DriveWriter> writer;
   if (!arguments.out.empty()) {
     sim::make_drive_folder(arguments.out, arguments.existing);
-    // In the configuration a relative path would count from its folder.
+    // A relative path in the configuration would be relative to the configuration's folder.
     const std::string& socket = arguments.camera_socket;
     sim::write_car_files(
         arguments.out, plan,

@@ -34,7 +34,7 @@ void run_status(const Options& options) {
     std::cout << document;
     return;
   }
-  // Fetch it twice, so that rates are the present ones, not averages since the start.
+  // Fetch the status twice, so that rates are current, not averages since the start.
   constexpr auto between = std::chrono::milliseconds{500};
   std::this_thread::sleep_for(between);
   const nlohmann::json second = parse_status(fetch_status(options.socket), options.socket);

@@ -112,7 +112,7 @@ void print_once(watch::Observer& observer) {
   constexpr auto between = std::chrono::milliseconds{500};
   observer.look();
   if (observer.state().segment || observer.state().status) {
-    std::this_thread::sleep_for(between);  // for present rates, not averages since the start
+    std::this_thread::sleep_for(between);  // for current rates, not averages since the start
     observer.look();
   }
   if (!observer.state().segment) {

@@ -195,7 +195,7 @@ class Patch {
             toml_line(text_, toml_offset(text_, last.end.line, 1)).end};
   }
 
-  /// Checks the result: apart from the one number it must mean the same as before.
+  /// Checks the result: apart from the one number, it must mean the same as before.
   void verify() {
     toml::table* table = &root_;
     for (std::size_t i = 0; i + 1 < names_.size(); ++i) {
@@ -213,7 +213,7 @@ class Patch {
     }
     try {
       if (toml::parse(text_) == root_) return;
-    } catch (const toml::parse_error&) {  // a text with errors is not the same
+    } catch (const toml::parse_error&) {  // invalid TOML is refused as well
     }
     fail(fmt::format("cannot be inserted into this text; write {} there by hand",
                      number_text(value_.value)));

@@ -8,7 +8,7 @@
 namespace odomd::tools {
 namespace {
 
-/// The note in brackets; inside, it has no such brackets and no control characters.
+/// The note in round brackets, with no round brackets and no control characters inside.
 std::string as_note(const std::string& label, const std::string& note) {
   std::string inner = label.empty() ? note : label + ": " + note;
   for (char& c : inner) {

@@ -21,13 +21,13 @@ struct TomlLine {
 /// The offset of a position that the parser reported: line and character, both from 1.
 [[nodiscard]] std::size_t toml_offset(std::string_view text, std::size_t line, std::size_t column);
 
-/// Puts a note into the comment at the end of the line of an offset, as "(note)" or "(label:
+/// Puts a note into the comment that ends the line with this offset, as "(note)" or "(label:
 /// note)", replacing an earlier note of odom with that label; an empty note removes it. Everything
 /// else in the comment is kept.
 void set_toml_note(std::string& text, std::size_t offset, const std::string& label,
                    const std::string& note);
 
-/// odom's note with that label in the comment at the end of the line of an offset, without brackets
+/// odom's note with that label in the comment that ends the line with this offset, without brackets
 /// and label; empty if there is none.
 [[nodiscard]] std::string toml_note(const std::string& text, std::size_t offset,
                                     const std::string& label);

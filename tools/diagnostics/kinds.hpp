@@ -1,4 +1,4 @@
-// The kinds of diagnostics that only the tools give, and the table of all, from which
+// The kinds of diagnostics that only the tools give, and the table of all kinds, from which
 // docs/diagnostics.md is generated. Columns: code, name, meaning, fix; some rows also have limits,
 // their unit and their reason.
 #pragma once
@@ -196,7 +196,7 @@ inline constexpr auto bus = std::to_array<Kind>({
      "ratio to GenMsgCycleTime"},
 });
 
-/// A running daemon, from its status. Those of its sensors are in `sensors`.
+/// Faults of a running daemon, from its status. Those of its sensors are in `sensors`.
 inline constexpr auto running = std::to_array<Kind>({
     {"W801", "other_version", "odom and odomd have different versions.",
      "install both from one build, then restart odomd: sudo systemctl restart {SERVICE}"},

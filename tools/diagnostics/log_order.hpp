@@ -17,8 +17,8 @@ namespace odomd::tools {
 inline constexpr auto late_ns =
     static_cast<std::int64_t>(1e9 * diagnostics::kind("frames_late").limits.most);
 
-/// Counts the frames with a stamp late_ns or more earlier than a previous frame's. Frames without a
-/// stamp (0) do not count.
+/// Counts the frames whose stamp is late_ns or more before that of a previous frame. Frames without
+/// a stamp (0) do not count.
 class LogOrder {
  public:
   /// `position` returns the frame's place, "drive.log:12: "; it is called once at most.
@@ -28,7 +28,7 @@ class LogOrder {
     newest_ns_ = std::max(newest_ns_, time_ns);
   }
 
-  /// Throws std::invalid_argument if there was such a frame.
+  /// Throws std::invalid_argument if a frame was late.
   void require_sorted() const {
     if (late_ == 0) return;
     throw std::invalid_argument(

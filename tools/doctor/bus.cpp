@@ -45,8 +45,8 @@ bool has_id(const can::BoundMessage& message, std::uint32_t id) {
   return ((message.id ^ id) & message.id_mask) == 0;
 }
 
-// Compares the rate of a message on one bus with that in the database. The replay compares it with
-// the timeouts.
+// Compares the rate of a message on one bus with that in the database. The replay compares the rate
+// with the timeouts.
 std::optional<Diagnostic> check_rate(const can::BoundMessage& message, const Identifier& seen) {
   constexpr const diagnostics::Kind& off = kind("other_rate");
   if (seen.rate_hz <= 0.0 || message.cycle_time_ns <= 0) return std::nullopt;
@@ -174,7 +174,7 @@ Diagnostics examine_acknowledgement(const std::string& interface, const Link& li
   std::string seen = "is listen-only, and no frame comes";
   if (!frames.empty()) {
     const can::Frame& first = *frames.front();
-    constexpr double without_pause_hz = 200.0;  // repeated at 50 kbit/s: more; idle nodes: less
+    constexpr double without_pause_hz = 200.0;  // repeats exceed it at 50 kbit/s, idle nodes do not
     const double duration_s = 1e-9 * static_cast<double>(frames.back()->time_ns - first.time_ns);
     if (static_cast<double>(frames.size()) < 1.0 + without_pause_hz * duration_s ||
         frames.size() < 2 || !std::ranges::all_of(frames, [&](const can::Frame* frame) {

@@ -28,7 +28,7 @@ using tools::kind;
 
 constexpr double settled_s = 3.0;           // uptime after which every message has arrived
 constexpr double silent_s = 2.0;            // longer than any pause of a bus or a camera
-constexpr std::uint64_t min_samples = 500;  // of a source whose innovations are judged
+constexpr std::uint64_t min_samples = 500;  // needed to judge a source's innovations
 
 template <typename Names>
 std::optional<std::size_t> index_in(const Names& names, const std::string& name) {
@@ -92,7 +92,7 @@ void examine_beat(const StatusValue& status, Diagnostics& all) {
                                     1e3 * works_s, 1e3 * period_s)));
     return;
   }
-  // Without real-time priority a thread misses cycles on any machine.
+  // Without real-time priority a thread misses ticks on any machine.
   if (status["realtime/priority"].value() == 0.0) return;
   const double missed = beat["missed"].value();
   const double cycles = std::max(missed + beat["ticks"].value(), 1.0);

@@ -27,7 +27,7 @@ struct DriveExamination {
 /// in its replay. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 
-// Its parts: checks of the sensors beyond the replay.
+// The parts of examine_drive() that check sensors beyond the replay.
 
 /// Finds the sensor with a wrong scale. Compares distances of the wheels, turns from gyro, wheels
 /// and steering, and accelerations with the poses of camera or reference, and with each other. The

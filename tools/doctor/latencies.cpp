@@ -69,8 +69,8 @@ Diagnostic of_sensor(const daemon::Config& config, Source source, double offset)
                   std::max(stated + offset, 0.0)));
 }
 
-/// Whether equal offsets of all other sources are the gyro's fault: sensors of several kinds agree,
-/// or the latencies of the others would be negative otherwise.
+/// Whether equal offsets of all other sources are the gyro's fault: either sensors of several kinds
+/// agree, or otherwise the latencies of the others would be negative.
 bool is_fault_of_gyro(const daemon::Config& config, std::span<const SourceOffset> judged,
                       double offset) {
   // All sources but the camera count as one kind: wheels are measured by the difference of an axle.

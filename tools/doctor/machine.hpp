@@ -21,7 +21,7 @@ enum class Membership : std::uint8_t {
   none,
 };
 
-/// The machine as read by read_machine(); the defaults are those of a sound one.
+/// The machine as read by read_machine(); the defaults are those of a sound machine.
 struct Machine {
   std::string kernel = "6.1.0-rt";  ///< its release
   std::string processor = "x86_64";

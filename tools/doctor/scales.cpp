@@ -23,7 +23,7 @@ using diagnostics::kind;
 using Eigen::ArrayXd;
 using estimator::Source;
 
-// Relative errors of comparisons without a fault, from slip, tyres, roll and slopes.
+// Relative errors of fault-free comparisons, due to slip, tyres, roll and slopes.
 constexpr double pose_sigma = 0.02, wheel_sigma = 0.03, axle_sigma = 0.05, rest_sigma = 0.1;
 constexpr double harmless = 0.07;      // relative error that the filter learns
 constexpr double min_explained = 9.0;  // weighted sum of squares that the factor must explain

@@ -16,7 +16,7 @@ namespace odomd::fault {
 /// For one stream, and for use by one thread.
 class CameraFault {
  public:
-  /// `fault` must be one of the camera's.
+  /// `fault` must be a fault of the camera.
   CameraFault(const Fault& fault, ActiveTime span);
 
   /// Takes a pose and appends the poses that are due by its arrival time.

@@ -132,7 +132,7 @@ void CarSignals::protect(std::size_t message, can::Frame& frame,
     protection->protect({frame.data.data(), frame.length}, counter);
 }
 
-// protect() continues from the counter before the frame's own; from none if its own is 0.
+// protect() gets the counter before the frame's own, or no counter if its own is 0.
 void CarSignals::repair(std::size_t message, can::Frame& frame,
                         const can::E2eState& own) const noexcept {
   can::E2eState before;

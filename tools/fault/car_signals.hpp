@@ -53,7 +53,7 @@ class CarSignals {
   /// Recomputes the CRC with the counter that follows `counter`; does nothing if the message is not
   /// protected.
   void protect(std::size_t message, can::Frame& frame, can::E2eState& counter) const noexcept;
-  /// The same with the frame's own counter, `own`.
+  /// Recomputes the CRC with the frame's own counter, `own`.
   void repair(std::size_t message, can::Frame& frame, const can::E2eState& own) const noexcept;
 
   [[nodiscard]] std::size_t message_count() const noexcept { return tables_.messages.size(); }

@@ -22,7 +22,7 @@ constexpr std::array front_and_rear{Pair{Source::wheel_front_left, Source::wheel
                                     Pair{Source::wheel_front_right, Source::wheel_rear_right}};
 constexpr std::array x_and_y{Pair{Source::accel_x, Source::accel_y}};
 
-/// The other source of the pair; itself if it is in no pair.
+/// The other source of the pair, or the source itself if it is in no pair.
 Source exchanged(Source source, std::span<const Pair> pairs) {
   for (const auto& [first, second] : pairs) {
     if (source == first) return second;
@@ -176,8 +176,8 @@ bool FrameFault::keeps_order() const noexcept {
   return fault_.kind.act == Act::jittered || fault_.kind.act == Act::delayed;
 }
 
-// Frames of one message never overtake each other, in queues or by late stamps: neither during the
-// fault nor at its end.
+// Frames of one message never overtake each other, whether queued or stamped late: neither during
+// the fault nor at its end.
 void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
   const std::int64_t last_ns = stamped_ns_[message.value_or(signals_.message_count())];

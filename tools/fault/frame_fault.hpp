@@ -21,7 +21,7 @@ class FrameFault {
   FrameFault(const CarSignals& signals, const std::array<double, estimator::source_count>& sigma,
              const Fault& fault, ActiveTime span);
 
-  /// Takes a frame and appends the frames that are output by its time, in order.
+  /// Takes a frame and appends the frames that are due by its time, in order.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
 
   /// Appends the held-back frames that are due by `now_ns`; with the largest time, all.

@@ -1,7 +1,7 @@
-// Applies several faults at once to a stream of frames or camera poses, and to whole logs.
+// Applies several faults together to a stream of frames or camera poses, and to whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
-//   injector.take(frame, out);  // appends the frames that are output by now
+// injector.take(frame, out); // appends the frames that are due by now
 //   injector.release(end_of_time, out);
 #pragma once
 
@@ -45,7 +45,7 @@ class Chain {
     for (const Fault& fault : faults_) stages_.push_back(stage_for(fault));
   }
 
-  /// Takes a frame or pose and appends the items that are output by its time.
+  /// Takes a frame or pose and appends the items that are due by its time.
   void take(const Item& item, std::vector<Item>& out) {
     in_.assign(1, item);
     pass(0, out);

@@ -34,7 +34,7 @@ struct Relayed {
 class BusRelay {
  public:
   /// The faults' times count from `start_ns`. Throws like SocketCanSource, CanOutput and Injector,
-  /// and std::invalid_argument if there is no interface `from`, or both are the same.
+  /// and std::invalid_argument if there is no interface `from`, or both interfaces are the same.
   BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
            std::span<const can::Database> databases, std::span<const Fault> faults,
            std::int64_t start_ns);

@@ -1,8 +1,8 @@
 // Compares the proposed signals of a drive with each other.
 //
-// The yaw rate is (v_R - v_L) / track from the wheels of an axle, the gyro's value, approximately
-// v · steering angle / wheelbase, and a_y / v. Wheels are certainly labelled left and right, so
-// they determine the signs of the others. Without a pair of wheels the majority decides, and
+// There are four estimates of the yaw rate: (v_R - v_L) / track from the wheels of an axle, the
+// gyro's value, v · steering angle / wheelbase and a_y / v. Names of wheels state left and right,
+// so they determine the signs of the others. Without a pair of wheels the majority decides, and
 // positive is assumed to be left.
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ namespace {
 using Eigen::ArrayXd;
 using estimator::Source;
 
-/// Each gives something proportional to the yaw rate.
+/// Sensors whose values give something proportional to the yaw rate.
 constexpr std::array turn_sensors{Source::yaw_rate, Source::steering, Source::accel_y};
 
 /// Sets radius and ratios of speeds that are sent as angular velocities, and converts their series.
@@ -170,7 +170,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Car& car
   if (const auto relation = lateral_relation(drive); !size && relation)
     size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
-  constexpr double max_track_error = 0.2;  // relative; of the given track from that of the turns
+  constexpr double max_track_error = 0.2;  // relative; given track against that of the turns
   if (by_track && std::fabs(*size - 1.0) > max_track_error && *size > 1.0 / factor &&
       *size < factor)
     choice.warnings.push_back(fmt::format(

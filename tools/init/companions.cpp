@@ -1,5 +1,5 @@
-// The name of a companion is that of its signal with an additional token, perhaps without the end:
-// "IMU_YawSigSta" belongs to "IMU_YawRtVal".
+// A companion's name without a token is its signal's name or its beginning: "IMU_YawSigSta" belongs
+// to "IMU_YawRtVal".
 #include "tools/init/roles.hpp"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ bool has_raw(const can::Signal& signal, std::int64_t raw) {
   return can::raw_value(layout, bits) == static_cast<double>(raw);
 }
 
-/// The value with a name that is `named`; nothing unless there is exactly one.
+/// The value for which `named` holds; nothing unless there is exactly one.
 template <class Named>
 std::optional<double> value_where(const can::Signal& signal, Named named) {
   if (std::ranges::count_if(signal.values, named) != 1) return std::nullopt;

@@ -47,8 +47,8 @@ bool is_protected(const can::Message& message, const Traffic& traffic) {
   return 2 * passed > frames;
 }
 
-// End-to-end protection for those of the proposal's messages that odomd.dbc defines. If there is
-// traffic, it must have their correct checksums; otherwise the roles of the message get a warning.
+// Protection for those messages of the proposal that odomd.dbc defines. If there is traffic, their
+// checksums in it must be correct; otherwise the roles of the message get a warning.
 std::vector<can::E2eBinding> protections_for(Proposal& proposal,
                                              std::span<const can::Database> databases,
                                              const Traffic& traffic) {

@@ -145,7 +145,7 @@ void fit_words(Fit& fit, Source role) {
   }
 }
 
-/// Whether the role can have the dimension; wheels may come as angular velocities.
+/// Whether the role can have the dimension; wheel speeds may be sent as angular velocities.
 bool is_unit_of(Source role, Dimension dimension) {
   return dimension == dimension_of(role) ||
          (estimator::is_wheel(role) && dimension == Dimension::angular_rate);

@@ -57,7 +57,7 @@ struct Candidate {
 [[nodiscard]] std::vector<std::int64_t> invalid_raws(const can::Signal& measured);
 
 /// Sets the value of a validity signal to the most frequent one in the second half of the log.
-/// Without a log it stays that of the database, if any. If the log contradicts the database, the
+/// Without a log, the database's value is kept, if any. If the log contradicts the database, the
 /// value is removed with a warning.
 void settle(Companion& companion, std::span<const double> seen, std::vector<std::string>& warnings);
 

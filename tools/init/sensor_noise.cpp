@@ -21,14 +21,14 @@ struct Range {
   double least, most;
 };
 
-/// The range of sigmas that a filter can use: below it, the errors of its model are larger.
+/// The range of sigmas that a filter can use: below it, the filter's model errors dominate.
 Range range_of(Source role) {
   if (is_wheel(role)) return {0.02, 0.1};
   return role == Source::yaw_rate ? Range{0.005, 0.05} : Range{0.3, 2.0};
 }
 
-/// The mean reading while all wheels are at rest, without outliers. Nothing if the readings scatter
-/// as those of a turning car.
+/// The mean reading while all wheels are at rest, without outliers. Empty if the readings scatter
+/// like those of a turning car.
 std::optional<double> bias_at_rest(const Series& signal, const Proposal& proposal) {
   constexpr std::size_t enough = 50;
   constexpr double max_spread = 0.02;         // rad/s: the readings of a creeping car scatter more

@@ -80,7 +80,7 @@ inline constexpr auto other_quantity = std::to_array<std::string_view>(
 /// Words that may mean another quantity.
 inline constexpr auto perhaps_other = std::to_array<std::string_view>(
     {"status", "state", "estimated", "ui", "command", "cmd", "getriebe"});
-/// Words of signals and messages about something else than the car.
+/// Words of signals and messages that are not about the car.
 inline constexpr auto other_thing = std::to_array<std::string_view>(
     {"trailer", "trlr", "anhaenger", "track", "trk", "object", "obj", "vision", "vsn"});
 /// Words for the position of the gear lever, which is not the gear itself.
@@ -88,7 +88,7 @@ inline constexpr auto gear_lever =
     std::to_array<std::string_view>({"lever", "lvr", "selector", "shifter", "shift"});
 inline constexpr auto gear = std::to_array<std::string_view>(
     {"gear", "direction", "dircn", "dir", "drive", "fahrstufe", "gang", "travel", "range"});
-/// Texts in place of a unit that mean no dimension.
+/// Unit texts that mean "dimensionless".
 inline constexpr auto no_dimension = std::to_array<std::string_view>(
     {"unitless", "discrete", "sed", "count", "counts", "enum", "bool", "encrypted", "mixed"});
 

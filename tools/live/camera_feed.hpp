@@ -29,8 +29,8 @@ class CameraFeed {
   [[nodiscard]] const std::string& socket() const { return socket_; }
 
   /// Sends one pose with its capture time on `clock`. Waits some milliseconds for a daemon that is
-  /// behind, and for admission if awaited. False if there is no daemon or it refuses the connection
-  /// (both may change); other failures throw.
+  /// behind, and for the admission if it is awaited. False if there is no daemon or it refuses the
+  /// connection (both may change); other failures throw.
   bool send(const estimator::CameraPose& pose, odom_clock clock);
 
   /// Why the last connection was refused; empty if none was.

@@ -21,7 +21,7 @@ class NobodyThere : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// `named` unless empty; otherwise the first socket that exists of $XDG_RUNTIME_DIR/odomd/LEAF, the
+/// `named` unless empty; otherwise the first existing one of $XDG_RUNTIME_DIR/odomd/LEAF, the
 /// service's first instance by name, /run/odomd/can0/LEAF, and /run/odomd/LEAF. `leaf` is
 /// "status.sock", "camera.sock" or "record.sock". Throws NobodyThere with these places and the fix
 /// if none exists.

@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-/// One metric family. The values of an object, and words, get a label.
+/// One metric family. If the value is an object or a word, its samples get a label.
 struct Family {
   std::string_view path;  ///< path of the value; a value in _us becomes seconds
   std::string_view name;

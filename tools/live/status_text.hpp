@@ -20,7 +20,7 @@ namespace odomd::tools {
 [[nodiscard]] Lines status_sections(const StatusValue& status, std::size_t columns);
 
 /// OpenMetrics, restricted to the types of Prometheus' older text format, so that node_exporter can
-/// collect the text from a file. No status: nobody answers. Throws as status_sections().
+/// collect the text from a file. Empty status: nobody answers. Throws like status_sections().
 [[nodiscard]] std::string open_metrics(const std::optional<Json>& status);
 
 }  // namespace odomd::tools

@@ -51,7 +51,7 @@ void TickFollower::catch_up(const odom_pose& newest, const odom_info& info, std:
       ++counts_.fetched;
       take(*past);
     } else if (past.status == ODOM_TOO_OLD) {
-      if (same_daemon) ++counts_.lost;  // in a new daemon such a number precedes its first tick
+      if (same_daemon) ++counts_.lost;  // a new daemon's first tick is later than these
     } else {
       ++counts_.unpublished;
     }

@@ -55,7 +55,7 @@ class FilmRenderer {
 
 /// Renders a simulated drive as a video from above, which odom identify track reads. The folder of
 /// odom sim has truth.csv and plant.json, which gives the film's begin and rate. Two ArUco markers
-/// ride on the car, 8 cm above the ground; four lie around the drive. A camera with a lens looks
+/// are on the car, 8 cm above the ground; four lie around the drive. A camera with a lens looks
 /// down, a little askew; its calibration goes to FILM.yaml. Returns the command that tracks the
 /// markers. Throws std::invalid_argument for an unusable folder.
 std::string render_film(const std::filesystem::path& drive, const std::filesystem::path& film);

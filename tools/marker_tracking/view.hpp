@@ -41,7 +41,7 @@ class GroundView {
  public:
   /// Fits the view to four or more points with pixels and positions on the ground. `height` of the
   /// markers above the ground has no effect without a lens. Throws std::invalid_argument if the
-  /// points do not fit the picture: in a line, mirrored.
+  /// points do not fit the picture (they are in a line, or mirrored).
   GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens, double height);
 
   [[nodiscard]] cv::Point2d at(const cv::Point2d& pixel) const;

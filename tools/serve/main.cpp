@@ -28,7 +28,7 @@ namespace watch = tools::watch;
 
 constexpr std::chrono::milliseconds period{50};
 constexpr int samples_per_status = 10;
-constexpr std::size_t max_history = 600;  // a minute of every second sample
+constexpr std::size_t max_history = 600;  // one minute, with every second sample
 
 // NaN and infinity are null in JSON.
 std::string numbers(std::initializer_list<double> values) {
@@ -142,7 +142,7 @@ class Sampler {
   std::uint64_t count_ = 0;
   std::uint64_t instance_ = 0;
   std::uint32_t resets_ = 0;
-  double stretch_ = 0;               // number of the trail's stretch; each leap starts another
+  double stretch_ = 0;               // number of the trail's section; each jump starts another
   std::deque<std::string> history_;  // JSON
 };
 

@@ -64,7 +64,7 @@ and "second" line
 )");
 }
 
-// Simple, nested with extended statements, and with marks that have no number.
+// Multiplexing: simple, nested (extended statements), and with marks that have no number.
 TEST(Dbc, ReadsMultiplexing) {
   expect_listing(R"(BO_ 1 A: 8 X
  SG_ Two m2 : 8|8@1+ (1,0) [0|0] "" X

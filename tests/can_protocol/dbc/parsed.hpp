@@ -21,9 +21,9 @@ inline std::vector<std::string> warnings_of(const Database& database) {
   return texts;
 }
 
-/// "line: name start|length order type (scale,offset) [minimum|maximum]", then what it has of
-/// "unit", short name, comment, values, M (it is a multiplexor), and its multiplexor's index with
-/// the raw values that select it.
+/// "line: name start|length order type (scale,offset) [minimum|maximum]", then, if present, "unit",
+/// short name, comment, values, M (it is a multiplexor), and its multiplexor's index with the raw
+/// values that select it.
 inline std::string listing(const Signal& signal) {
   constexpr std::string_view orders = "<>";  // little-endian, big-endian
   constexpr std::string_view types = "+-fd";
@@ -43,8 +43,8 @@ inline std::string listing(const Signal& signal) {
   return text + '\n';
 }
 
-/// "line: name identifier length sender", then what it has of x (extended), fd, cycle time and
-/// comment, and its signals.
+/// "line: name identifier length sender", then, if present, x (extended), fd, cycle time and
+/// comment; then its signals.
 inline std::string listing(const Message& message) {
   std::string text = fmt::format("{}: {} {} {} {}", message.line, message.name, message.id,
                                  message.length, message.sender);

@@ -57,7 +57,7 @@ TEST(NameHints, SuggestTheNearestNameOrAFittingSignal) {
   EXPECT_EQ(for_signal(binding("yaw_rate", "Imu", "YawRate", Unit::deg_per_s)), yaw_rate);
   EXPECT_THAT(for_message(binding("accel_y", "Gyroscope", "AY_Lateral", Unit::g)),
               HasSubstr("'AccLateral' (m/s^2) of message 'Imu'"));
-  // The signal has no word of the role: the message decides.
+  // The signal's name has no word of the role, so the message's name decides.
   EXPECT_EQ(for_message(binding("steering", "Front", "Wheels", Unit::rad)),
             "; signal 'Angle' (deg) of message 'Steer' would fit");
 }

@@ -76,7 +76,7 @@ TEST(Decoder, ConvertsUnitsThenScaleThenOffset) {
   yaw.offset = 0.25;
   yaw.latency_ns = 300;
   SignalBinding right = bind(4, "WHEELS", "Right");
-  right.valid_when = {{"Fault", 2.0}};  // costs the other wheel nothing
+  right.valid_when = {{"Fault", 2.0}};  // does not affect the other wheel
   Rig rig({yaw, bind(2, "IMU", "Acc", Unit::g), bind(3, "WHEELS", "Left", Unit::km_per_h), right});
 
   MessageEncoder imu = rig.encoder("IMU");
@@ -200,7 +200,7 @@ TEST(Decoder, FindsMessagesInSeveralDatabases) {
     return parse_dbc(fmt::format("BO_ {}: 1 X\n SG_ S : 0|8@1+ ({},0) [0|0] \"\" X\n", head, scale),
                      "car.dbc");
   };
-  // The first that has a message of this name.
+  // A binding uses the first database that has a message of this name.
   const std::vector databases{database("7 A", "1"), database("7 B", "2"), database("8 A", "1")};
   std::vector<SignalBinding> bindings{bind(1, "A", "S"), bind(2, "B", "S")};
   const std::vector<std::string> buses{"can0", "can1"};

@@ -124,7 +124,7 @@ TEST(E2eCheck, AcceptsProtectedPayloadsAndRejectsEveryFlippedBit) {
 /// A sender and a receiver of protected frames.
 class E2eSequence : public testing::Test {
  protected:
-  /// Checks the sender's next frame, after `lost` lost ones.
+  /// Checks the sender's next frame after `lost` frames were lost.
   E2eStatus next(int lost = 0) {
     old_ = payload_;
     for (int i = 0; i <= lost; ++i) protection_.protect(payload_, sender_);

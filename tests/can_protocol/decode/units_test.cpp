@@ -12,7 +12,7 @@
 namespace odomd::can::units_test {
 namespace {
 
-// Those of docs/can.md are tested below.
+// The spellings in docs/can.md are tested below.
 TEST(Units, AreKnownInOtherSpellingsOfRealDatabases) {
   const std::pair<Unit, std::vector<std::string_view>> units[]{
       {Unit::rad, {"Radians"}},
@@ -64,7 +64,7 @@ TEST(Units, AreAllThatThePageLists) {
 TEST(Units, AreUnknownIfNoRoleAcceptsThem) {
   for (const char* text : {"", "SED", "%/s", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
     EXPECT_EQ(unit_of_text(text), std::nullopt) << text;
-  // Some of them measure something else.
+  // Some of these texts are units of other quantities.
   for (const char* text :
        {"mph", "MPH", "mi/h", "%", "Unit_Meter", "mm/s", "mrad", "Nm", "V", "m", "\u00B0C"})
     EXPECT_TRUE(is_other_unit(text)) << text;

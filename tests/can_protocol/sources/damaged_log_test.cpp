@@ -192,7 +192,7 @@ TEST(LogStamps, LeaveOutFramesWithIsolatedStamps) {
          {std::size_t{0}, std::size_t{1}, std::size_t{200}, count - 2, count - 1})
       for (const std::size_t many : {1U, 2U}) {
         if (at + many > count) continue;
-        // At the end, such a step may as well be a pause of the bus of less than a second.
+        // At the end of a log, a step forward of less than a second may also be a pause of the bus.
         if (at + many == count && off > 0 && off < s) continue;
         const Outcome outcome = read(
             log_of([&](std::size_t i) { return usual(i) + (i >= at && i < at + many ? off : 0); }));

@@ -1,5 +1,5 @@
 // The candump grammar: all forms of a frame, read and written, and the errors of invalid lines.
-// Logs: complete, truncated, damaged, missing, several at once, and the real drives.
+// Logs: complete, truncated, damaged, missing, several together, and the real drives.
 #include "can_protocol/sources/log_reader.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Checks of the configuration against its databases, and of its numbers.
+// Checks of the configuration's numbers, and of the configuration against its databases.
 #include <functional>
 
 #include "config_files.hpp"
@@ -40,7 +40,7 @@ class DatabasesTest : public ConfigTest {
  protected:
   DatabasesTest() { scratch_.write("car.dbc", database); }
 
-  /// The warnings besides that of the reference car.
+  /// The warnings other than the one about the reference car.
   [[nodiscard]] diagnostics::Diagnostics further_warnings_of(const std::string& signals) const {
     auto warnings = warnings_of(head + signals);
     EXPECT_THAT(warnings.front(), Named("reference_car"));

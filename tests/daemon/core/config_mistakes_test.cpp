@@ -44,8 +44,8 @@ TEST_F(ConfigTest, RefusesDeepNesting) {
 
 class ConfigMistakes : public ConfigTest {
  protected:
-  /// For each row of the table: a mistake between `before` and `after`, and its error after
-  /// `place`.
+  /// For each row of the table: the mistake is put between `before` and `after`, and its error must
+  /// follow `place`.
   void expect(const std::string& before, const std::string& after, const std::string& place,
               const char* table) const {
     for_each_row(table, [&](const std::string& mistake, const std::string& error) {

@@ -145,7 +145,7 @@ TEST_F(ConfigTest, ReadsEveryKeyOfTheBus) {
           "wheel_rear_left: WHEEL.RL [m/s], valid when RL_FAULT equals 0, valid when RL_Q below "
           "2.5, unless 0 65535 -1",
           "wheel_rear_right: WHEEL.RR [km/h], bus can0",
-          "motor: MOTOR.N [erpm], radius 0.033, ratio 19, unless 2 ",  // with the pole pairs
+          "motor: MOTOR.N [erpm], radius 0.033, ratio 19, unless 2 ",  // 9.5 · 2 pole pairs
           "steering: STEER.ANGLE+FRACTION [deg], scale 0.0592, offset 0.01",
           "direction: GEAR.Dir [1], forward 1, reverse 2"));
   // The other time-outs are set later, from the database.
@@ -186,7 +186,7 @@ TEST_F(ConfigTest, ReadsEveryKeyOfTheOtherTables) {
   EXPECT_THAT(config.warnings, IsEmpty());
 }
 
-// The test of the page compares the other defaults.
+// configuration_doc_test.cpp compares the other defaults.
 TEST_F(ConfigTest, DefaultsToTheReferenceCarWithAWarning) {
   Config config = load(small_bus);
   place_sockets(config, "/run/odomd");
@@ -204,7 +204,7 @@ TEST_F(ConfigTest, GivesTheFilterItsSettings) {
   EXPECT_EQ(settings.vehicle.mass, 3.5);
   EXPECT_EQ(settings.period_s, 0.01);
   EXPECT_EQ(settings.dead_band[estimator::index_of(Source::wheel_rear_right)], 0.3);
-  // Zero is a value: a car that does not lean, not an unknown gradient. A servo needs no car.
+  // Zero is a value (no lean), not an unknown gradient. [steering] needs no [vehicle].
   const auto others =
       filter_settings(load("imu.roll_gradient = 0\nsteering.lag = 0.1\n" + small_bus));
   EXPECT_EQ(others.roll_gradient, 0.0);

@@ -105,7 +105,7 @@ TEST(Pipeline, CountsTheFramesOfEachBusButNoErrorFrames) {
 TEST(Pipeline, ReportsTheNoiseThatTheFilterEstimates) {
   const Car car(two_signals(estimator::Model::full));
   const auto& sources = car.pipeline->statistics().sources;
-  // The car stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
+  // The car is at rest for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
   for (std::int64_t k = 0; k <= 400; ++k) {
     car.wheel_reads(k * 5, k < 200 ? 0 : 1500);
     car.gyro_reads(k * 5, static_cast<std::int16_t>(k % 2 * 10), k);
@@ -123,7 +123,7 @@ TEST(Pipeline, ReportsTheNoiseThatTheFilterEstimates) {
 TEST(Pipeline, ResumesWithCalibrationsAndAnInflatedCovariance) {
   const Car first(two_signals(estimator::Model::full));
   TickRecord last;
-  for (std::int64_t k = 0; k <= 600; ++k) {  // standing, while the gyro reads 20 mrad/s
+  for (std::int64_t k = 0; k <= 600; ++k) {  // at rest, while the gyro reads 20 mrad/s
     first.wheel_reads(k * 5, 0);
     first.gyro_reads(k * 5, 20, k);
     last = first.tick(k * 5);

@@ -37,7 +37,7 @@ TEST(CameraPose, MovesToTheCentreOfGravityWithTheYawError) {
                      {facing_north(), {0.3, 0.1, 0.0}, 10.1, 19.7, std::hypot(0.01, 0.03)},
                      // The yaw error of 0.1 moves the end of the arm east-west.
                      {facing_north(), {0.3, 0.0, 0.0}, 10.0, 19.7, std::hypot(0.01, 0.03)},
-                     // The mounting yaw comes first.
+                     // The mounting yaw is applied before the lever arm.
                      {turned, {0.3, 0.0, 0.2}, 10.0, 19.7, std::hypot(0.01, 0.03)}};
   for (const auto& [reference, arm, x, y, sigma_x] : cases) {
     const auto pose = to_centre_of_gravity(reference, arm);

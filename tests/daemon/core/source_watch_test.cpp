@@ -109,7 +109,7 @@ TEST(SourceWatch, FlagsASourceThatContradictsTheOthers) {
   EXPECT_EQ(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
   EXPECT_NE(record->pose.health >> wheel & 1U, 0U);
 
-  // A signal of 16 bits cannot exceed physical limits here; but a frozen camera can.
+  // No 16-bit signal can exceed physical limits here, but the camera can freeze.
   for (std::int64_t k = 200; k < 400; ++k) {
     car.wheel_reads(k * 5, static_cast<std::int16_t>(1500 + k % 3));
     car.pipeline->take(seen(1.0, k * 5 - 30, k * 5));

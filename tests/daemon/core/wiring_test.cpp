@@ -121,7 +121,7 @@ std::string of_wheels(const std::string& fault) {
          fault + ", wheel_rear_right " + fault;
 }
 
-// A car with one wheel and no accelerometer: which of the two sensors is wrong remains unknown.
+// With one wheel and no accelerometer it is unknown whether gyro or steering is wrong.
 void one_of_two_turned(Samples& samples) {
   for (const Source source :
        {accel_x, accel_y, wheel_front_left, wheel_front_right, wheel_rear_left})

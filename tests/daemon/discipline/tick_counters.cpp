@@ -40,7 +40,7 @@ Counts of_others;
 
 enum class Thread : std::uint8_t { unknown, other, beat };
 
-// Access without a call, which might allocate: the loader reserves the space at start.
+// Accessed without a call that might allocate: the loader reserves the space at start.
 __attribute__((tls_model("initial-exec"))) thread_local Thread thread = Thread::unknown;
 __attribute__((tls_model("initial-exec"))) thread_local bool counting = false;
 

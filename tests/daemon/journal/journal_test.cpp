@@ -186,7 +186,7 @@ std::vector<std::string> texts(const std::vector<Message>& messages) {
   return texts;
 }
 
-/// The times [s] of log lines for a message that comes every `every` seconds for `length`.
+/// The times [s] of log lines for a message that comes every `every` seconds, until `length`.
 std::vector<std::int64_t> logged(Repeats& repeats, std::int64_t every, std::int64_t length) {
   std::vector<std::int64_t> times;
   for (std::int64_t t = 0; t <= length; ++t) {

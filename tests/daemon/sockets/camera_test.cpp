@@ -142,7 +142,7 @@ TEST_F(CameraServerTest, ReplacesTheLongestIdleConnectionAfterTwoSeconds) {
   EXPECT_EQ(admission_, Admission::refused);
   EXPECT_EQ(server_.refused(), 1U);
 
-  // The first sends a pose, the second an invalid message, which counts as idle.
+  // The first camera sends a pose; the second sends an invalid message, which counts as idle.
   send(cameras[0], 1);
   EXPECT_EQ(::send(cameras[1].get(), "x", 1, MSG_NOSIGNAL), 1);
   drain();
@@ -193,7 +193,7 @@ CameraMessage read(const odom_camera_message& message, const MessageClocks& by =
   return read_camera_message(std::as_bytes(std::span(&message, 1)), sizeof message, by, arrival);
 }
 
-/// The capture time of a message with this time on this clock.
+/// The capture time of a message whose stamp on `clock` is `time_ns`.
 std::int64_t capture_of(odom_clock clock, std::int64_t time_ns, const MessageClocks& by = clocks) {
   auto given = message();
   given.clock = clock;

@@ -76,7 +76,7 @@ class RecorderServerTest : public testing::Test {
     }
   }
 
-  /// The same, with a recorder that reads after each turn.
+  /// Like run(), with a recorder that reads after each turn of housekeeping.
   void run_reading(const Recorder& recorder, std::int64_t duration_ns) {
     for (const std::int64_t end_ns = now_ns_ + duration_ns; now_ns_ < end_ns;) {
       run(turn_ns);

@@ -4,8 +4,8 @@
 # service, and at most 2 s.
 #
 # Both limits hold on an otherwise idle machine. The empty service shows how slow this run is: if it
-# takes longer than $quiet_ms, its time on a quiet host (without RestartSec=, when nothing runs), both
-# limits grow by the ratio of the two, which the result shows.
+# takes longer than $quiet_ms (its time on an idle host, without RestartSec=), both limits grow by the
+# ratio of these two times, which the result shows.
 rounds=5
 quiet_ms=140
 
@@ -22,7 +22,7 @@ drop_in odomd@empty.service '[Service]' ExecStart= WatchdogSec=0 \
   'ExecStart=/usr/local/bin/restart_probe notify /run/odomd/empty/ready'
 systemctl start odomd@empty bare
 
-# Kills the three in turn.
+# Kills the three services in turn.
 ready() { restart_probe ready "$(main_pid "$1")" "$2" >>"$1.json" || not_ok "kill of $1" "$(systemctl status "$1")"; }
 for ((round = 1; round <= rounds; ++round)); do
   await 20 settled
@@ -57,7 +57,7 @@ check "kill -9: the pose was resumed" "see above" every '.after.restarted'
 check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
 check "kill -9: the pose is where the car can have come to" "see above" \
   every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
-# The calibrations have changed meanwhile, the first of them quickly, starting from the predecessor's values.
+# The calibrations start from the predecessor's, but have changed since, the first of them quickly.
 check "kill -9: mostly, the calibrations are the predecessor's" "see above" \
   jq -s -e 'map([.after.calibrations, .before.calibrations] | transpose | all(.[0] - .[1] | fabs < 0.05)) |
     (map(select(.)) | length) * 2 > length' continued.json

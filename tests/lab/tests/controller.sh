@@ -78,7 +78,7 @@ shows "the link goes down" '.can[0].link == "down"' 20
 shows_state "the controller is stopped" stopped
 logs "the journal says how to bring it up" 'can0: the bus is down; bring it up: ip link set can0 up'
 # The other end sends continuously, and candump shows the first frame after the link came up. odomd
-# receives every frame that candump does: none arrives before its socket listens again.
+# receives every frame that candump does: no frame arrives before odomd's socket listens again.
 listen any any.log
 cangen can1 -g 2 -I 1A0 -L 8 &
 sender=$!

@@ -1,5 +1,5 @@
 # The real-time rules of the beat on real buses with a real-time kernel: 8,000 frames/s of mapped
-# identifiers are received without loss, and all its system calls are those of the design.
+# identifiers are received without loss, and all system calls of the beat are those of the design.
 
 check "kernel is PREEMPT_RT" "$(uname -v)" grep -qx 1 /sys/kernel/realtime
 simulate --scenario lap --duration 6

@@ -31,7 +31,7 @@ while_played() {
   return $status
 }
 
-# both: odom init and odom doctor at once, on the same frames.
+# both: odom init and odom doctor in parallel, on the same frames.
 both() {
   odom init --dbc drive/*.dbc --can vcan0 --for 12 --mass 3 --wheelbase 0.26 --track 0.2 \
     --out proposed.toml >init.log 2>&1 &

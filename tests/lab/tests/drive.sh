@@ -9,7 +9,7 @@ model=paper
 # in_status NAME FILTER: the status before the daemon's end satisfies the filter, in which $n is $frames.
 in_status() { check "$1" "$(cat status.json)" jq -e --argjson n "$frames" "$2" status.json; }
 
-# play_drive NAME LOG BUS...: plays the log on the buses that it names.
+# play_drive NAME LOG BUS...: plays the log on these buses, which it must name.
 play_drive() {
   local name=$1 log=$2 bus arguments=() recorder comparison
   shift 2
@@ -32,7 +32,7 @@ play_drive() {
   reap $logger
   for bus; do ip link del "$bus"; done
 
-  # Both ends received every frame that was sent; the daemon itself sent none.
+  # candump and odomd received every frame that was sent; odomd sent none.
   check "$name: candump received every frame, and no other" "$(wc -l <received.log) of $frames" \
     test "$(wc -l <received.log)" = "$frames"
   in_status "$name: odomd received every frame, the kernel dropped none" \
@@ -45,9 +45,9 @@ play_drive() {
   echo "   $comparison"
 }
 
-# Rows begin with the first initialised pose and contain their tick. They continue after the status
-# was read, and missed ticks are counted only at the next published tick: so rows count only up to
-# the tick before the status' newest.
+# Rows begin with the first initialised pose and contain their tick. Only rows before the newest tick
+# in the status are counted, because rows continue after the status was read, and a missed tick is
+# counted only at the next published tick.
 check_ticks() { # NAME
   local name=$1 published unpublished backwards missed
   read -r published unpublished backwards < <(awk -F, -v newest="$(jq .pose.tick status.json)" '

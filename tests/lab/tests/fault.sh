@@ -34,7 +34,7 @@ check "the gyro's frames did change" "none differs" \
   test "$(cmp -s <(payloads drive.log) <(payloads faulty.log); echo $?)" = 1
 echo "   $(tail -n 2 fault.txt | tr '\n' ' ')"
 
-# A daemon on vcan1, its camera routed through the fault, too.
+# A daemon on vcan1, whose camera is routed through the fault, too.
 start_daemon drive/car.toml --can vcan1
 start_fault --camera-from "$PWD/fault.sock" --camera-to "$PWD/camera.sock" --fault camera.moved
 canplayer -I drive.log &

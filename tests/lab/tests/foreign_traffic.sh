@@ -66,8 +66,8 @@ check_stands() { # NAME ACCELERATION-IN-M/S2
 }
 
 flood_mapped "protected" drive/car.toml drive.log
-# Most genuine frames are lost: without its wheels it is unknown whether the car is stationary, and
-# the sigmas show it.
+# Most genuine frames are lost: without wheel speeds it is unknown whether the car is stationary, and
+# the sigmas show this.
 check_stands "protected" 1
 
 # The same flood after very few genuine frames.

@@ -45,8 +45,8 @@ check "camera poses are fused" "$(cut -d, -f11 whole/pose.csv | sort | uniq -c |
 check "several hundred ticks" "$(wc -l <whole/pose.csv) rows" test "$(wc -l <whole/pose.csv)" -gt 500
 verify "a whole drive" whole
 
-# The recorded poses equal those of the shared memory: compares all columns of a client by tick,
-# except the time, which is on another clock.
+# The recorded poses equal those of the shared memory: compares all columns that a client read, tick
+# by tick, except the time, which is on another clock.
 check "the poses are those that a client read" "$(cat compared.txt 2>/dev/null)" awk -F, '
   FNR == 1 {file++; next}
   {tick = $12; sub(/^[^,]*,/, "")}

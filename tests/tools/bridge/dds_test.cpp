@@ -40,7 +40,7 @@ class Cdr {
     while (count-- > 0) all.push_back(float64());
     return all;
   }
-  /// Bytes after those that were read; the writer may have padded to a multiple of four.
+  /// Number of unread bytes; the writer may have padded to a multiple of four.
   [[nodiscard]] std::size_t rest() const { return bytes_.size() - at_; }
 
  private:
@@ -138,7 +138,7 @@ class DdsBridge : public ::testing::Test {
     pose.vx = 3.0;
     pose.vy = -0.25;
     pose.yaw_rate = 0.5;
-    pose.covariance[0] = pose.covariance[3] = 0.04;  // round: the same in every frame
+    pose.covariance[0] = pose.covariance[3] = 0.04;  // a circle, so equal in every frame
     pose.covariance[5] = 0.0016;
     for (int i = 0; i < 15; ++i) daemon.details.velocity_covariance[i] = 100.0 + i;
   }
@@ -264,7 +264,7 @@ TEST_F(DdsBridge, WithholdsAPoseInTheModeFault) {
   daemon.pose.mode = ODOM_FAULT;
   daemon.tick();
   daemon.pose.mode = ODOM_TRACKING;
-  daemon.pose.odom_x = 5.0;  // once a later pose has arrived, the faulty one has been left out
+  daemon.pose.odom_x = 5.0;  // this pose is later than the faulty one
   EXPECT_TRUE(eventually([&] { return x_of(tick_until(daemon, odometry_)) == 5.0; }));
   const Outcome outcome = bridge.terminate();
   EXPECT_EQ(outcome.status, 0) << outcome.err;

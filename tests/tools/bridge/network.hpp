@@ -1,4 +1,4 @@
-// The network of tests of the bridge, and the pace at which they tick.
+// The network for tests of the bridge, and the pace at which these tests tick.
 #pragma once
 
 #include <unistd.h>
@@ -27,8 +27,8 @@ namespace odomd::tools {
          "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>";
 }
 
-/// Pause between unanswered ticks: a delayed bridge sends them all at once, and they must fit into
-/// a socket's buffer.
+/// Pause between unanswered ticks: a delayed bridge sends these ticks together, and they must fit
+/// into a socket's buffer.
 inline constexpr std::chrono::milliseconds between_ticks{25};
 
 }  // namespace odomd::tools

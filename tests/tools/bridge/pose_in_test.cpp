@@ -27,7 +27,7 @@ Message filled(const char* frame = "map") {
   message.frame = const_cast<char*>(frame);
   message.position[0] = 3.0;
   message.position[1] = -4.0;
-  // yaw 2 after roll 0.3, as a product of quaternions, 0.5 % too long
+  // roll 0.3, then yaw 2 [rad], as a quaternion whose norm is 0.5 % too large
   const double q[]{std::cos(1.0) * std::sin(0.15), std::sin(1.0) * std::sin(0.15),
                    std::sin(1.0) * std::cos(0.15), std::cos(1.0) * std::cos(0.15)};
   for (int i = 0; i < 4; ++i) message.rotation[i] = 1.005 * q[i];

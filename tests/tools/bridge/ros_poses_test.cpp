@@ -52,8 +52,8 @@ TEST(Odometry, InTheMapHasItsCovariancesWhereRosExpectsThem) {
 }
 
 TEST(Odometry, InTheOdometryFrameHasItsCovarianceAlongTheAxesOfTheFrame) {
-  // The odometry frame is turned by +90 degrees in the map: its x is the map's y, its y the
-  // map's -x.
+  // The odometry frame is turned by +90 degrees in the map: its x axis is the map's y axis, and its
+  // y axis is the map's -x axis.
   const Odometry odometry = odometry_of(sample(), PoseFrame::odom);
   EXPECT_EQ(odometry.pose.x, 9.0);
   EXPECT_EQ(odometry.pose.y, -5.5);

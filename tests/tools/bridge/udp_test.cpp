@@ -155,7 +155,7 @@ TEST_F(UdpBridge, ShowsNothingWithoutATerminal) {
 }
 
 TEST_F(UdpBridge, SendsTheFirstTickOfEveryPeriod) {
-  SlowDaemon daemon(segment_, 5'000'000);  // 50 a second of 200
+  SlowDaemon daemon(segment_, 5'000'000);  // 50 of the 200 ticks per second
   Child bridge{scratch_, "odom", {"bridge", "--shm", segment_, "--udp", receiver_.address()}};
   std::vector<nlohmann::json> received = tick_until_received(daemon);
   for (int i = 0; i < 20; ++i) daemon.tick();

@@ -27,7 +27,7 @@ TEST(Ticks, OfALogarithmicAxisAreDecadesOrFiner) {
               ElementsAre("5", "10", "20", "50", "100", "200", "500", "1000"));
   EXPECT_THAT(labels({0.01, 1000.0}, Scaling::logarithmic, 8),
               ElementsAre("0.01", "0.1", "1", "10", "100", "1000"));
-  // A single label 50 would not show the height of 95.
+  // With 50 as the only label, the height of 95 could not be read.
   EXPECT_THAT(labels({45.0, 98.0}, Scaling::logarithmic, 6), ElementsAre("60", "80"));
   EXPECT_THAT(labels({0.981, 1.0}, Scaling::logarithmic, 6),
               ElementsAre("0.985", "0.990", "0.995", "1.000"));
@@ -104,7 +104,7 @@ TEST(Decimated, KeepsAShortCurveExceptForPointsFarOutside) {
   std::vector<double> all;
   for (const Point& point : wave(50)) all.push_back(point.y);
   EXPECT_EQ(heights(wave(50)), all);
-  // Successive gaps become one; the nearest point outside on either side is kept.
+  // Successive gaps become one gap; on either side the nearest point outside the axis is kept.
   EXPECT_THAT(heights({{0, 1}, {1, nan}, {2, nan}, {3, 2}, {4, 3}}),
               ElementsAre(1.0, ::testing::IsNan(), 2.0, 3.0));
   EXPECT_THAT(heights({{-9, 1}, {-5, 2}, {50, 3}, {110, 4}, {120, 5}}), ElementsAre(2.0, 3.0, 4.0));

@@ -130,7 +130,7 @@ TEST(Map, IsAnSvgWithALegendAndEscapesItsWords) {
 }
 
 TEST(Map, HasEqualAxes) {
-  // A unit circle is drawn as wide as high: extremes of the reference in the path data.
+  // A unit circle is drawn as wide as high, according to the extremes of its path data.
   const std::string svg = svg_of(circle_map());
   const auto start = svg.find("<path d=\"M", svg.find("<svg x=")) + 10;
   std::istringstream data{svg.substr(start, svg.find('"', start) - start)};

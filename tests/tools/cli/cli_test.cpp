@@ -30,7 +30,7 @@ std::string error_of(const std::string& text) {
 
 TEST(CsvReader, ReadsColumnsByNameFromTextsOfOtherSystems) {
   using Values = std::vector<double>;
-  const std::string padding(5000, ' '), zeros(4092, '0');  // the buffer has 4096
+  const std::string padding(5000, ' '), zeros(4092, '0');  // the buffer holds 4096 bytes
   EXPECT_EQ(column_a("c,a\n1,2\n3,4\n"), (Values{2.0, 4.0}));
   for (const std::string& text : {"\xEF\xBB\xBF" + std::string("a, b\r\n 1 ,\t2\r\n\r\n3,4\r\n"),
                                   "a,b\n1," + padding + "2\n3,4\n", "a,b\n1," + zeros + "\n3,4\n"})

@@ -1,4 +1,4 @@
-// Output files that are complete or absent: what they replace, who else writes there.
+// Output files that are complete or absent: the files that they replace, and other writers.
 #include "tools/cli/files.hpp"
 
 #include <sys/stat.h>

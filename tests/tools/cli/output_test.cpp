@@ -1,5 +1,5 @@
-// Standard output and error in bad surroundings: pipes that nobody empties, and external text with
-// control characters for a terminal.
+// Standard output and error under adverse conditions: pipes that nobody empties, and external text
+// with control characters for a terminal.
 #include "tools/cli/output.hpp"
 
 #include <fcntl.h>
@@ -38,7 +38,7 @@ class StuckPipe {
 
 class StuckOutput : public ::testing::Test {
  protected:
-  /// After SIGTERM, which is sent once the output has had time to fill.
+  /// The outcome after SIGTERM, which is sent once the program has had time to block on its output.
   Outcome end_of(std::vector<std::string> arguments, int stuck) {
     daemon_.tick();
     const StuckPipe pipe;
@@ -53,7 +53,7 @@ class StuckOutput : public ::testing::Test {
   std::string segment_ = scratch_.path("pose").string();
 
  private:
-  /// Whether it blocks SIGTERM. Before it does, SIGTERM would end it at once.
+  /// Whether the program blocks SIGTERM. Until then, SIGTERM would kill it.
   static bool holds_term_back(const Child& odom) {
     const std::string status = contents("/proc/" + std::to_string(odom.pid()) + "/status");
     const std::size_t at = status.find("SigBlk:");

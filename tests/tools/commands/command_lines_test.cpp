@@ -1,4 +1,4 @@
-// What describes the command lines agrees with them: each help has an example, and the shells'
+// The descriptions of the command lines agree with them: each help has an example, and the shells'
 // completions offer exactly its options. An error names the first misspelt word and what was
 // probably meant.
 #include <set>
@@ -20,7 +20,7 @@ struct Command {
 
 Command command_of(const std::string& name) {
   Command command{name, run_shell(name + " --help").out, {}, {}};
-  // "  --can SRC ...", "  -h,--help"; below "Subcommands:" two spaces and a name.
+  // Options: "  --can SRC ...", "  -h,--help"; below "Subcommands:", two spaces and a name.
   static const std::regex option(R"(^  (?:(-\w),)?(--[a-z][-a-z0-9]*)\b.*)");
   static const std::regex sub(R"(^  ([a-z]+)  +[A-Z].*)");
   std::istringstream lines{command.help};
@@ -161,7 +161,7 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
       const std::regex item("\n\\.It (Fl . , )?Fl Fl " + option.substr(2) + "[ \n]");
       EXPECT_TRUE(std::regex_search(part, item)) << command.name << ' ' << option;
     }
-    // No option that no longer exists.
+    // The page has no option that no longer exists.
     static const std::regex any("\\n\\.It (?:Fl . , )?Fl Fl ([-a-z0-9]+)");
     for (std::sregex_iterator at(part.begin(), part.end(), any), end; at != end; ++at)
       EXPECT_THAT(command.options, Contains("--" + (*at)[1].str()))
@@ -174,7 +174,7 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
         << (*at)[1];
 }
 
-// These pages leave the options to odom(1), but name some.
+// These pages refer to odom(1) for the options, but name some of them.
 TEST(ManPages, OfProgramsBehindCommandsNameOptionsThatExist) {
   static const std::regex option("Fl Fl ([-a-z0-9]+)");
   for (const auto& [page, name] :

@@ -1,5 +1,5 @@
 // The command line of odom as a whole: units in its arguments, and inputs that are not text files,
-// which every command refuses at once and with the fix.
+// which every command refuses immediately, with the fix.
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::odom_test {
@@ -39,8 +39,8 @@ TEST(Odom, SaysWhatToInstallWhereACompanionIsMissing) {
   }
 }
 
-// A simulated drive with its camera log and truth in other units: each is reported once, without
-// the findings that follow from it.
+// The camera log and truth of a simulated drive are in other units: each is reported once, without
+// the findings that follow from the wrong unit.
 TEST(Units, OfPosesAreReportedByReplayAndEvaluate) {
   const Scratch scratch;
   const std::string scale =
@@ -106,7 +106,7 @@ class Inputs : public ::testing::Test {
     EXPECT_EQ(more.status, 0) << more.err;
     return made.scratch.path("").string();
   }
-  /// The error of a command line in the folder; it must end within ten seconds.
+  /// Runs a command line in the folder for at most ten seconds; returns its error.
   static std::string refused(const std::string& line) {
     const Outcome outcome = run_shell("cd " + folder() + " && timeout 10 " + line);
     EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;

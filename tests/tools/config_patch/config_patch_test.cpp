@@ -25,7 +25,7 @@ TEST(ConfigPatch, ReplacesANumberInPlaceAndKeepsEverythingElse) {
             "# my car\n[vehicle]\n  mass=3.1 # kg\n\n\n[can]\nmass = 7\n");
   EXPECT_EQ(patch("[vehicle]\nmass = 2\n[can]\nmass = 7", {{"can.mass", 0.1, ""}}),
             "[vehicle]\nmass = 2\n[can]\nmass = 0.1");
-  // The shortest form that reads back the same.
+  // Numbers get the shortest form that reads back as the same value.
   EXPECT_EQ(patch("a = 1", {{"a", 2.0, ""}}), "a = 2.0");
   EXPECT_EQ(patch("a = +1_0", {{"a", 0.1 + 0.2, ""}}), "a = 0.30000000000000004");
   EXPECT_EQ(patch("a = 0x1F", {{"a", -1e-7, ""}}), "a = -1e-07");
@@ -117,7 +117,7 @@ TEST(ConfigPatch, AddsAKeyBelowTheLastOfItsTableAndATableAtTheEnd) {
   EXPECT_EQ(patch("[can]\nx = 1", {{"vehicle.mass", 2, note}, {"vehicle.front_axle", 3, ""}}),
             "[can]\nx = 1\n\n[vehicle]\nmass = 2.0  # (" + note + ")\nfront_axle = 3.0\n");
   EXPECT_EQ(patch("[a]\nx = 1\n", {{"a.b.c", 2, ""}}), "[a]\nx = 1\n\n[a.b]\nc = 2.0\n");
-  // To an inline table.
+  // Adds numbers to inline tables.
   EXPECT_EQ(patch("[s]\ny = { m = \"ü\" }\n", {{"s.y.sigma", 1, ""}}),
             "[s]\ny = { m = \"ü\", sigma = 1.0 }\n");
   EXPECT_EQ(patch("s = {y={m=1}, z = {}}", {{"s.y.x", 1, ""}, {"s.z.x", 2, ""}, {"s.w.v", 3, ""}}),

@@ -41,7 +41,7 @@ TEST(Link, GetsAFindingForEachMistake) {
        ElementsAre(Named("interface_not_can", "can0"))},
       {[](Link& link) { link.is_up = false, link.controller->health = stopped; },
        ElementsAre(Named("interface_down", "", "sudo ip link set can0 up"))},
-      // Without a bit rate it is not also called down.
+      // An interface without a bit rate is not reported as down, too.
       {[](Link& link) {
          link.is_up = false;
          link.controller->bit_timing.reset();
@@ -163,7 +163,7 @@ TEST(Acknowledgement, IsMissingIfAListenerReceivesNothingOrOneFrameRepeatedly) {
   EXPECT_THAT(of(drive, listener),
               ElementsAre(Named("nobody_acknowledges", "3000 times",
                                 HasSubstr("set can0 type can listen-only off"))));
-  // A controller that may acknowledge, or a virtual one.
+  // A controller that may acknowledge frames, or a virtual bus, has no finding.
   EXPECT_THAT(of(drive, sound_link()), IsEmpty());
   EXPECT_THAT(of(drive, Link{}), IsEmpty());
   // A changing payload or identifier, or pauses in between, mean that frames are acknowledged; a

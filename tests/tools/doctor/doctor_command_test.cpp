@@ -177,8 +177,8 @@ json& source(json& status, const std::string& name) {
   throw std::invalid_argument(name);
 }
 
-/// A sound status with changed values, which JSON pointers select; "yaw_rate/flag" selects that of
-/// a source.
+/// A sound status with changed values, which JSON pointers select; "yaw_rate/flag" selects the flag
+/// of a source.
 json with(const Changes& changes) {
   json status = sound_status();
   for (const auto& [where, value] : changes) {
@@ -208,7 +208,7 @@ TEST(Daemon, GetsAFindingForEachMistake) {
       {{{"/version", "0.0.1"}, {"/shm", "/run/odomd/can_front/pose"}},
        ElementsAre(
            Named("other_version", "0.0.1", HasSubstr("systemctl restart odomd@can_front")))},
-      // The machine refuses its rights; the missed cycles are a consequence.
+      // The machine refuses the daemon's real-time rights; the missed ticks are a consequence.
       {{{"/realtime/priority", 0},
         {"/realtime/memory_locked", false},
         {"/realtime/dma_latency_held", false},
@@ -217,12 +217,12 @@ TEST(Daemon, GetsAFindingForEachMistake) {
        ElementsAre(Named("no_realtime_priority"), Named("memory_not_locked"),
                    Named("cpu_not_pinned", "CPU 9"))},
       {{{"/realtime/dma_latency_held", false}}, ElementsAre(Named("cpus_sleep_deeply")), sleepy},
-      // Its beat is late or too long.
+      // The daemon's ticks are late or take too long.
       {{{"/beat/missed", 100}}, ElementsAre(Named("beat_wakes_late", "100 of 20100"))},
       {{{"/beat/missed", 19}}, IsEmpty()},
       {{{"/beat/missed", 10'000}, {"/beat/execution_us/p999", 7'500.0}},
        ElementsAre(Named("ticks_too_long", "7.5 ms"))},
-      // Frames are lost; messages are missing or useless, but after half a second may still come.
+      // Frames are lost; messages are missing or useless (not reported right after the start).
       {{{"/can/0/lost", 40}}, ElementsAre(Named("frames_lost", "40 frames"))},
       {{{"/can/0/controller_overflows", 40}},
        ElementsAre(Named("controller_overflows", "40 frames"))},
@@ -230,7 +230,7 @@ TEST(Daemon, GetsAFindingForEachMistake) {
        ElementsAre(Named("message_missing", "IMU"))},
       {{never, useless}, ElementsAre(Named("message_without_value", "700"))},
       {{never, useless, {"/uptime_s", 0.5}}, IsEmpty()},
-      // A slip is temporary.
+      // Wheel slip is temporary, so it is no finding.
       {{slips, ill}, IsEmpty()},
       {{slips, ill, {"yaw_rate/inconsistent", true}},
        ElementsAre(Named("inconsistent", "yaw_rate"))},
@@ -241,7 +241,7 @@ TEST(Daemon, GetsAFindingForEachMistake) {
            Named("bias_unlearnt", "the gyro's bias is not known", HasSubstr("stand for 2 s")),
            Named("scale_implausible", "far from its configured value"))},
       {{{"/conditions", {"model_fault"}}}, ElementsAre(Named("model_fault"))},
-      // Sigmas do not fit, unless much was gated, the cause, or too few samples came.
+      // Sigmas do not fit. Not reported if gating is the cause, or if there are too few samples.
       {{{"wheel_rear/innovations/mean_nis", 9.0}},
        ElementsAre(Named("sigma_off", "3 times", HasSubstr("can.signals.wheel_rear.sigma by 3")))},
       {{scatters}, ElementsAre(Named("sigma_off", "0.1 times"))},
@@ -286,7 +286,7 @@ TEST(Daemon, WithoutFramesIsNamedOnce) {
   EXPECT_THAT(found(), ElementsAre(Named("no_frames", "12 s")));
   status["can"][0]["link"] = "down";  // examine_link() reports this
   EXPECT_THAT(found(), IsEmpty());
-  status["can"][0]["link"] = "ended";  // a log: no fault
+  status["can"][0]["link"] = "ended";  // a log has ended: no fault
   EXPECT_THAT(found(), IsEmpty());
 }
 

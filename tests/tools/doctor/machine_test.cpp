@@ -25,7 +25,7 @@ TEST(Machine, GetsTheFixOfEachMistake) {
       {{.user = "ada", .priority_limit = 0, .may_lock_memory = false},
        ElementsAre(Named("no_realtime_priority", "45", HasSubstr("\"ada - rtprio 45\"")),
                    Named("memory_not_locked", "", HasSubstr("\"ada - memlock unlimited\"")))},
-      // Its CPUs sleep deeply.
+      // The CPUs sleep deeply.
       {{.may_hold_cpus_awake = false}, IsEmpty()},
       {{.group = "ada", .may_hold_cpus_awake = false, .deepest_sleep_us = 350.0},
        ElementsAre(Named("cpus_sleep_deeply", "350", HasSubstr("chgrp ada /dev/cpu_dma_latency")))},
@@ -36,7 +36,7 @@ TEST(Machine, GetsTheFixOfEachMistake) {
        ElementsAre(
            Named("cpus_sleep_deeply", "350", HasSubstr("chgrp odomd /dev/cpu_dma_latency")))},
       {{.has_service = true, .deepest_sleep_us = 350.0}, IsEmpty()},
-      // Its scheduler, clock or frequency is slow.
+      // Real-time threads are throttled, or the clock or CPU frequency is slow.
       {{.realtime_share = 0.1, .clock = "hpet", .governor = "powersave"},
        ElementsAre(
            Named("realtime_throttled", "10 %", "sudo sysctl kernel.sched_rt_runtime_us=950000"),
@@ -46,14 +46,14 @@ TEST(Machine, GetsTheFixOfEachMistake) {
       {{.clock = "kvm-clock"}, IsEmpty()},
       {{.clock = "arch_sys_counter"}, IsEmpty()},
       {{.clock = ""}, IsEmpty()},
-      // A service lacks the capability to exceed the buffer.
+      // A service lacks the capability to exceed the limit of receive buffers.
       {{.largest_buffer = 212'992},
        ElementsAre(
            Named("small_receive_buffer", "212992", HasSubstr("net.core.rmem_max=1048576")))},
       {{.may_exceed_buffer = true, .largest_buffer = 212'992}, IsEmpty()},
       {{.has_service = true, .may_exceed_buffer = true, .largest_buffer = 212'992},
        ElementsAre(Named("small_receive_buffer"))},
-      // The group of the service; without a service no account is missed.
+      // The user is not in the service's group; without a service, no account is required.
       {{.user = "ada", .membership = Membership::none},
        ElementsAre(Named("not_in_group", "ada", HasSubstr("sudo usermod -aG odom ada")))},
       {{.user = "ada", .membership = Membership::later_login},

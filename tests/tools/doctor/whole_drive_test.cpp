@@ -54,7 +54,7 @@ Diagnostics found_in(const Drive& drive) {
   return examine_drive(drive).diagnostics;
 }
 
-/// All findings are of one kind, and the first names this part of the file.
+/// Expects findings of this kind only, the first of which names this key.
 void expect_only(const Diagnostics& found, const std::string& name, const std::string& key) {
   ASSERT_THAT(found, Not(IsEmpty()));
   EXPECT_THAT(found, Each(Named(name)));
@@ -271,7 +271,7 @@ struct WrongScale {
   bool also_without_poses = true;  ///< found even so
 };
 
-// In replays the wrong sensor is flagged: the gyro, for a wrong factor of all wheels.
+// Replays flag the wrong sensor: the gyro, if all wheels have a wrong factor.
 TEST(Scale, IsNamedAtItsSensorsWithAndWithoutPoses) {
   const std::vector<WrongScale> cases{{all_wheels, 0.8},
                                       {all_wheels, 1.25},

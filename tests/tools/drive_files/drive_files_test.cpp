@@ -176,7 +176,7 @@ TEST(Trajectory, RefusesTimesThatRunBackwardsAndWarnsOfEqualOnes) {
   EXPECT_THAT(error_of("t,x,y,yaw\n0,0,0,0\n2,0,0,0\n1,0,0,0\n"),
               HasSubstr("ref.csv:4: column \"t\": the time runs backwards"));
   EXPECT_THAT(error_of("t,x,y,yaw\n"), HasSubstr("has no rows"));
-  // Of equal times the first row counts.
+  // If times are equal, the first row counts.
   const Trajectory trajectory = read("t,x,y,yaw\n0,1,0,0\n0,2,0,0\n0,3,0,0\n1,4,0,0\n");
   ASSERT_EQ(trajectory.points.size(), 2U);
   EXPECT_EQ(trajectory.points[0].pose.x, 1.0);

@@ -175,7 +175,7 @@ TEST(TimeOffset, IsNotReportedForAWrongWheelLeverArmOrHeading) {
 }
 
 TEST(TimeOffset, IsNotReportedForSteeringAheadOfTheCar) {
-  // Turns 0.1 s before the car and by a fifth more, like a kinematic model whose tyres slip.
+  // The estimate turns 0.1 s early and by a fifth more, like a kinematic model, which has no slip.
   Trajectory estimate = wavy_drive(0.5, 19.5, 0.005);
   double x = estimate.points.front().pose.x;
   double y = estimate.points.front().pose.y;

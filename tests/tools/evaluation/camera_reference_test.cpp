@@ -60,7 +60,7 @@ TEST(CameraReference, HasTheNoiseThatItsCovarianceStates) {
   EXPECT_NEAR(error / stated, 1.0, 0.25);
   EXPECT_NEAR(turn / stated_turn, 1.0, 0.25);
   const auto rows = static_cast<double>(reference.points.size());
-  EXPECT_LT(std::sqrt(stated / rows), 0.5 * sigma);  // x and y of 14 poses
+  EXPECT_LT(std::sqrt(stated / rows), 0.5 * sigma);  // x and y, each from 14 poses
   // The yaw counts whole turns, like the odometry.
   const TrajectoryPoint &first = reference.points.front(), &last = reference.points.back();
   EXPECT_NEAR(last.pose.yaw - first.pose.yaw, 0.75e-9 * static_cast<double>(last.t_ns - first.t_ns),

@@ -55,7 +55,7 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
           replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::too_old)]);
 }
 
-// A database that is not next to the configuration is taken from the folder.
+// A database that is not next to the configuration is taken from the drive's folder.
 TEST_F(DriveEvaluation, UsesAnotherConfigurationWithItsDatabaseAndReference) {
   const Scratch& scratch = shared().scratch;
   const std::string text = contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n";

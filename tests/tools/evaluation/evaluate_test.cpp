@@ -119,7 +119,7 @@ ref.csv --pose degrees.csv -> degrees.csv: the headings do not follow the path
   EXPECT_THAT(run("--reference good.csv --pose sigmas.csv"), Ends(0, Not(HasSubstr("exchanged"))));
 }
 
-// A drive's file with its first columns shifted by these seconds.
+// The text of a drive's file, with its first `columns` columns increased by `seconds`.
 std::string later(const std::string& file, std::size_t columns, double seconds) {
   std::istringstream text(file);
   std::string line, moved;
@@ -211,7 +211,7 @@ TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
 }
 
 TEST_F(Evaluate, JudgesTheOdometryFrame) {
-  // A map pose that jumps by a metre on the way; the pose in the odometry frame does not.
+  // The map pose jumps by a metre during the drive; the pose in the odometry frame does not.
   std::string text = "t,x,y,yaw,odom_x,odom_y,odom_yaw,sigma_x,sigma_y,sigma_yaw\n";
   for (const TrajectoryPoint& point : wavy_drive(0.0, 4.0, 0.005).points) {
     const auto& pose = point.pose;
@@ -232,7 +232,7 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
   EXPECT_EQ(map_name, "map");
   EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
   EXPECT_FALSE(map["nees"].is_null());
-  // Aligned at the start, where the covariance is as large as at the end.
+  // Alignment at the start leaves no NEES: there the covariance is as large as at the end.
   EXPECT_TRUE(judged("").second["nees"].is_null());
   const auto [odom_name, odom] = judged(" --frame odom");
   EXPECT_EQ(odom_name, "odom");

@@ -54,7 +54,7 @@ TEST(Evaluation, DropsWholeTurnsAtAReset) {
   for (auto& point : estimate.points) {
     if (point.t_ns < 10'000'000'000) {
       point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);
-    } else {  // reset: corrected, but for a turn
+    } else {  // after the reset: 0.1 rad off, and a turn less
       point.pose.yaw += 0.1 - 2.0 * std::numbers::pi;
       point.reset_count = 1.0;
     }
@@ -147,14 +147,14 @@ TEST(Evaluation, SeesAReferenceThatHasLostTheCarOrJumps) {
   for (auto& point : lost.points) {
     if (point.t_ns > 3'000'000'000 && point.t_ns < 5'000'000'000) {
       point.pose = last_seen.pose;
-      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // the tracker trembles
+      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // tracker jitter
     }
   }
   const Evaluation e = evaluate(lost, drive, Align::none);
   EXPECT_NEAR(static_cast<double>(e.reference_stuck_ns), 2e9, 2e7);
   EXPECT_EQ(evaluate(drive, drive, Align::none).reference_stuck_ns, 0);
-  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the estimate stands, too
-  Trajectory elsewhere = lost;  // at first, until its filter jumps
+  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the estimate is stuck, too
+  Trajectory elsewhere = lost;  // off by 3 m until its filter jumps
   for (auto& point : elsewhere.points) {
     point.reset_count = point.t_ns < 4'000'000'000 ? 1.0 : 2.0;
     if (point.t_ns < 4'000'000'000) point.pose.y += 3.0;
@@ -167,7 +167,7 @@ TEST(Evaluation, SeesAReferenceThatHasLostTheCarOrJumps) {
 
 TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_NEAR(improvement(0.174, 1.0).value(), 82.6, 1e-9);
-  EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // the baseline ends at about zero
+  EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // the baseline's end error is almost 0
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
   const auto text = [](std::optional<double> value) {
     return text_of(value, "end error better by [%]", 1);

@@ -11,8 +11,8 @@ from collections import namedtuple
 from typing import Any, NamedTuple
 
 MAGIC = b"\x89MCAP0\r\n"
-# Opcode, name and fields of a record: B, H, I and Q are integers, s a text, b and q bytes after their number of four or
-# eight bytes, {..} a list of pairs, * the rest.
+# Opcode, name and fields of a record: B, H, I and Q are integers, s is a text, b and q are bytes that follow their
+# count of four or eight bytes, {..} is a list of pairs, * is the rest.
 RECORDS = {
     0x01: ("Header", "ss"),
     0x02: ("Footer", "QQI"),
@@ -48,8 +48,8 @@ ChunkIndex = namedtuple(
 
 class Record(NamedTuple):
     name: str
-    offset: int  # of the opcode, in the bytes that it was read from
-    length: int  # with opcode and length
+    offset: int  # of the opcode, within the bytes that were read
+    length: int  # including opcode and length
     fields: list[Any]
 
 

@@ -184,7 +184,7 @@ class Export(unittest.TestCase):
             self.assertTrue(all(math.isfinite(float(value)) for value in row.values()))
 
     def test_tum_for_evo(self) -> None:
-        # https://github.com/MichaelGrupp/evo/wiki/Formats: eight numbers, one blank between, # before comments
+        # https://github.com/MichaelGrupp/evo/wiki/Formats: eight numbers separated by single blanks, # before comments
         folder = self.directory / "tum"
         odom("export", self.drive, "--pose", self.pose, "--tum", folder)
         sources = {"pose": (self.pose, "t", ""), "odometry": (self.pose, "t", "odom_"),

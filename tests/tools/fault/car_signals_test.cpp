@@ -126,7 +126,7 @@ TEST(CarSignals, ASignIsWrittenToItsOwnSignal) {
   }
 }
 
-// The mean of an axle's two wheels: both change alike.
+// Writing the mean of an axle's two wheels changes both by the same amount.
 TEST(CarSignals, AMeanIsSharedEqually) {
   Car car;
   car.databases = {can::parse_dbc(R"(BU_: CAR

@@ -39,7 +39,7 @@ class FaultCommand : public ::testing::Test {
   static bool exists(const char* name) { return std::filesystem::exists(scratch().path(name)); }
 };
 
-// One message's lines differ during the fault; no other character of the log changes.
+// Only the lines of one message change, and only during the fault.
 TEST_F(FaultCommand, ChangesOnlyTheFramesOfTheFault) {
   const Outcome outcome = fault("--kind gyro.zero --begin 4 --for 2 drive/drive.log -o gyro.log");
   EXPECT_THAT(outcome, Ends(0, HasSubstr("gyro.zero: 400 frames\n")));
@@ -71,7 +71,7 @@ TEST_F(FaultCommand, SeveralFaultsInBothLogs) {
   EXPECT_NEAR(static_cast<double>(before.size() - after.size()), 2.0 / 0.035, 5.0);
 }
 
-// As a filter it gives the same bytes as from file to file, and passes each line on at once.
+// As a filter, odom fault writes the same bytes as to a file, and passes each line on immediately.
 TEST_F(FaultCommand, IsAFilter) {
   EXPECT_EQ(fault("--kind imu.noisy --seed 3 drive/drive.log -o file.log").status, 0);
   const Outcome piped = fault("--kind imu.noisy --seed 3 - -o - < drive/drive.log");
@@ -167,7 +167,7 @@ class Relay : public ::testing::Test {
     for (const char* kind : kinds) faults.push_back(fault_of(parse_kind(kind)));
     return {scratch_.path("fault.sock"), scratch_.path("daemon.sock").string(), 0.0, faults, 0};
   }
-  /// Sends a message from a new camera, which stays.
+  /// Sends a message from a new camera, which stays connected.
   void send(const odom_camera_message& message) {
     ASSERT_EQ(camera_.emplace().open(scratch_.path("fault.sock").c_str()), 0);
     ASSERT_EQ(camera_->send(message), 0);

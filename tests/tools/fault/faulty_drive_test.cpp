@@ -1,4 +1,4 @@
-// The runs of the integrity campaign equal those of odom replay, so its results hold for users.
+// The integrity campaign's runs equal those of odom replay, so the results hold for users.
 #include <memory>
 
 #include "daemon/core/pipeline.hpp"
@@ -70,12 +70,12 @@ TEST_P(FaultyDriveTest, ARunIsTheReplayOfTheLogWithAndWithoutFaults) {
     const Fault one = from_begin_on(kind);
     expect_same(runs.with({&one, 1}), begin() + 1, replayed({one}));
   }
-  // Leaving a source out equals losing it.
+  // A run without a source equals a replay in which its frames are lost.
   const Fault lost = from_begin_on("imu.lost");
   expect_same(runs.without(fault::sources_of(lost.kind)), begin() + 1, replayed({lost}));
 }
 
-// In the second bend. The other wheels are trusted meanwhile, and this one again afterwards.
+// A wheel slips in the second bend. The others stay trusted; it is trusted again afterwards.
 TEST(WheelSlip, IsNamedAndThePoseStaysGood) {
   const Drive drive =
       read_drive({.folder = tools::simulate(tools::Scratch{}, "--scenario lap --laps 1 --seed 5")});

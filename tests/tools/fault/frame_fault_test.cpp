@@ -33,8 +33,8 @@ const std::map<std::string_view, Oracle>& oracles() {
   return all;
 }
 
-// For each part that can fail so: its sources as expected, other sources and times unchanged to the
-// bit, and no frame refused.
+// For each kind of fault: the faulty sources are as expected, other sources and times are unchanged
+// to the bit, and no frame is refused.
 TEST(FrameFault, ValuesAreChangedAndNothingElse) {
   const Decoded before = decoded(healthy_frames());
   int tried = 0;
@@ -103,7 +103,7 @@ TEST(FrameFault, WheelsSpinUpOrLock) {
   EXPECT_EQ(ratio(Source::wheel_rear_right, 150), 1.0);
 }
 
-// A signal takes the newest value of the other, from the same frame if it contains both.
+// Each signal takes the newest value of the other, from the same frame if that contains both.
 TEST(FrameFault, SignalsAreExchanged) {
   const auto old = decoded(healthy_frames()).values;
   const auto sides = decoded(with({in_the_middle("wheels.left_right")})).values;
@@ -115,7 +115,7 @@ TEST(FrameFault, SignalsAreExchanged) {
               old.at(Source::wheel_rear_right)[i].value);
     EXPECT_EQ(sides.at(Source::wheel_front_right)[i].value,
               old.at(Source::wheel_front_left)[i].value);
-    // The front's frame comes before the rear's: it gets the rear's value of the previous cycle.
+    // The front frame precedes the rear frame, so it gets the rear value of the previous cycle.
     EXPECT_EQ(axles.at(Source::wheel_front_left)[i].value,
               old.at(Source::wheel_rear_left)[i - 1].value);
     EXPECT_EQ(axles.at(Source::wheel_rear_right)[i].value,
@@ -137,8 +137,8 @@ TEST(FrameFault, LostFramesAreMissing) {
   EXPECT_TRUE(std::ranges::none_of(left, [](const Value& one) { return is_in_the_middle(one.t); }));
 }
 
-// They come a tenth of a second later, in their original order; the frames after the fault wait for
-// the last of them.
+// Delayed frames come a tenth of a second later, in their original order; the frames after the
+// fault wait for the last of them.
 TEST(FrameFault, DelayedFramesComeLaterInTheirOrder) {
   const auto old = decoded(healthy_frames()).values.at(Source::steering);
   const auto frames = with({in_the_middle("steering.delayed")});

@@ -108,7 +108,7 @@ struct Decoded {
   std::map<can::FrameVerdict, int> verdicts;
 };
 
-/// Decodes frames like the daemon, with their protection.
+/// Decodes frames as the daemon does, and checks their protection.
 inline Decoded decoded(std::span<const can::Frame> frames) {
   const daemon::Config config = small_car();
   const std::vector<can::Database> databases{sim::bus_database()};

@@ -81,7 +81,7 @@ TEST(SourceFlags, ShowTheFailedSource) {
   EXPECT_GE(shown, 14);
 }
 
-/// Mean v_x over 0.2 s around a time, from the drive's reference; nothing where that has a gap.
+/// Mean v_x over 0.2 s around a time, from the drive's reference; empty in a gap of the reference.
 std::optional<double> true_speed(const Drive& drive, std::int64_t time_ns) {
   const auto a = at(*drive.reference, time_ns - 100'000'000),
              b = at(*drive.reference, time_ns + 100'000'000);

@@ -109,7 +109,7 @@ TEST(Import, ReadsTheTablesOfOtherTools) {
   }
 }
 
-// A value must not be sent again because another signal's value came.
+// A value must not be sent again because another signal's value has arrived.
 TEST(Import, SendsEachValueOnceAtItsTime) {
   const Scratch scratch;
   const Outcome outcome =

@@ -1,4 +1,4 @@
-// Recorded drives as tables of their decoded frames: their import replays to the same errors.
+// Recorded drives, imported from tables of their decoded frames, replay with the same errors.
 #include <map>
 
 #include <fmt/format.h>
@@ -98,8 +98,7 @@ TEST(Import, AnImportedDriveReplaysWithTheSameErrors) {
           errors(scratch, scratch.path("out"), scratch.path("out/truth.csv"), camera);
       for (const char* of : {"position", "heading"}) {
         const double was = before[of]["rms"].get<double>();
-        // 5 % would be the aim, but with the camera the heading of cpm_ucar is 6 % better, by
-        // 0.06°.
+        // The aim is 5 %, but cpm_ucar's heading error with the camera falls by 6 % (0.06°).
         EXPECT_NEAR(after[of]["rms"].get<double>(), was, 0.065 * was) << of << camera;
       }
     }

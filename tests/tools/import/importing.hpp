@@ -22,7 +22,7 @@ inline Outcome import(const Scratch& scratch, const std::vector<TextFile>& files
   return scratch.run("odom import" + tables + " --out out " + options);
 }
 
-/// A moving car at 10 rows a second: the header "t,v", and further cells of each row.
+/// A moving car, 10 rows a second: `header` begins with "t,v"; `more`: further cells of each row.
 inline std::string rows_of(const std::string& header, double t0, const std::string& more = "") {
   std::string text = header + '\n';
   for (int i = 0; i < 5; ++i)

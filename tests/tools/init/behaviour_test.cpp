@@ -20,7 +20,7 @@ struct Motion {
 
 class Behaviour : public testing::Test {
  protected:
-  /// In SI units, unless a unit is given.
+  /// Adds a signal, in SI units unless a unit is given.
   void add(Source role, const std::function<double(double)>& value,
            can::Unit unit = can::Unit::rad) {
     Choice choice;

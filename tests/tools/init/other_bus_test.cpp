@@ -38,7 +38,7 @@ class Bus {
     return series.value[std::min(static_cast<std::size_t>(next), series.size() - 1)];
   }
 
-  /// Sends the message for each sample of the source `clock`; all ones in the first second.
+  /// Sends the message for each sample of source `clock`; its bits are all 1 in the first second.
   void send(const char* message, Source clock, const std::function<Values(std::int64_t)>& values) {
     can::MessageEncoder encoder(*can::find_message(database_, message));
     for (const std::int64_t t_ns : signals.of(clock).t_ns) {
@@ -48,7 +48,7 @@ class Bus {
     }
   }
 
-  /// The output of init, which writes init.toml; hand.toml has its vehicle and the signals
+  /// Runs odom init, which writes init.toml; hand.toml has the same vehicle and the signals
   /// `by_hand`.
   json init(const std::string& car, const std::string& by_hand) {
     std::ranges::stable_sort(frames_, {}, &can::Frame::time_ns);
@@ -153,8 +153,8 @@ steering = { message = "LWI_01", signal = "LWI_Lenkradwinkel", unit = "deg", sca
                           R"(valid_when = { signal = "LWI_QBit_Lenkradwinkel", equals = 0 })",
                           R"(unless_raw = "all_ones")"})
     EXPECT_THAT(bus.text, HasSubstr(key));
-  // The file by hand also has the bias at rest. The bias from only two noisy seconds changes the
-  // error by factors of 0.88 to 1.19 in seeds 1 to 7, 0.99 on average.
+  // hand.toml also has the bias at rest. The bias from only two noisy seconds changes the error by
+  // factors of 0.88 to 1.19 in seeds 1 to 7, 0.99 on average.
   bus.expect_as_by_hand(1.1);
 }
 

@@ -21,7 +21,7 @@ class PoseCommand : public ::testing::Test {
     return run_shell("odom pose --shm " + segment_ + " " + arguments);
   }
 
-  static constexpr std::int64_t slow_ns = 1'000'000'000;  // fresh for four seconds
+  static constexpr std::int64_t slow_ns = 1'000'000'000;  // poses stay fresh for four seconds
   Scratch scratch_;
   std::string segment_ = scratch_.path("pose").string();
   std::optional<SlowDaemon> daemon_;

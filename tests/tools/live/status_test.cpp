@@ -36,8 +36,8 @@ json document(double uptime, std::uint64_t ticks) {
   return now;
 }
 
-// What `odom status` says of the document after changes at some paths, with one blank between
-// words, and what it does not say then.
+// What `odom status` prints for the document after changes at some paths, with one blank between
+// words, and what it does not print then.
 const struct {
   const char* changes;
   std::vector<const char*> says;
@@ -62,7 +62,7 @@ const struct {
     {R"({"/sources/0/healthy": true, "/sources/0/inconsistent": true})",
      {" yaw_rate inconsistent "},
      {}},
-    // Wrong wiring, unless the values are missing or impossible.
+    // Wrong wiring is shown unless the values are missing or impossible.
     {R"({"/sources/0/wiring": "left_right_swapped"})", {"miswired: left right swapped"}, {}},
     {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "failed_protection"})", {}, {"miswired:"}},
     {R"({"/sources/0/wiring": "sign", "/sources/0/flag": "out_of_range"})", {}, {"miswired:"}},

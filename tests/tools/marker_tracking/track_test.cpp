@@ -259,7 +259,7 @@ TEST(Track, CalibratesTheLensFromAFilmOfAChessboard) {
   EXPECT_NEAR(lens.matrix(0, 0), camera.focal, 0.01 * camera.focal);
   EXPECT_EQ(lens.picture, camera.picture);
   const Lens truth{camera.matrix(), camera.distortion, camera.picture, 0.0};
-  // As directions, so that errors of focal length and lens cannot cancel.
+  // Compares directions: in pixels, errors of focal length and distortion could cancel.
   for (const cv::Point2d pixel : {cv::Point2d{60, 60}, {320, 100}, {560, 400}}) {
     const auto direction = [&pixel](const Lens& l) {
       const cv::Point2d p = l.straightened(pixel);

@@ -68,9 +68,9 @@ TEST_P(Prediction, IsTheFiltersOwn) {
 }
 
 TEST(Slide, TheCameraIsFollowed) {
-  // Worse rules exceed the bars, with 0.3 and 0.6 m rms if the camera must confirm the filter's
-  // motion; 14, 5 and 4 m for the full-size cars if the only remaining wheels spin; 6.6 m if a
-  // wheel that spins up is trusted until the slip is detected.
+  // Worse rules exceed the bars: 0.3 and 0.6 m rms if the camera must confirm the filter's motion;
+  // 14, 5 and 4 m for the full-size cars if the only remaining wheels spin; 6.6 m if a wheel that
+  // spins up is trusted until the slip is detected.
   for (const auto& [options, bar] :
        {std::pair{"--scenario lap --speed 3 --friction 0.6", 0.25},
         {"--scenario slalom --speed 3 --friction 0.5", 0.25},

@@ -90,8 +90,8 @@ TEST_F(RealDrives, ReplayThroughEveryModel) {
   }
 }
 
-/// Median distance between the camera poses of the drive's second half and the poses of the same
-/// times, until the model stops.
+/// Median distance between the camera poses of the drive's second half and the estimated poses at
+/// the same times, until the model stops.
 std::optional<double> median_distance(const std::vector<odom_pose>& poses,
                                       const std::vector<estimator::CameraPose>& cameras) {
   std::vector<double> distances;

@@ -1,5 +1,5 @@
 // A drive through the pipeline, recorded by the beat's tap into a folder and replayed from it:
-// every tick is bit-identical. Without daemon and clock: the test makes the ticks.
+// every tick is bit-identical. Needs no daemon and no clock: the test makes the ticks.
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -155,7 +155,7 @@ RecordingReplay verify(const std::filesystem::path& folder) {
 
 class RecordingTest : public ::testing::TestWithParam<std::string> {
  protected:
-  /// A recording of 400 ticks, which begins after `ticks_before` others.
+  /// A recording of 400 ticks, which begins after `ticks_before` unrecorded ticks.
   std::filesystem::path record(int ticks_before, const std::string& model = "paper") {
     Car car{scratch_, model};
     car.ticks(ticks_before);
@@ -203,21 +203,21 @@ TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecordedOrThoseOfAPlainRep
                     HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]")));
   scratch_.must_run(
       "cd drive && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
-  // Its ticks have the same times as the daemon's.
+  // The replay's ticks have the same times as the daemon's.
   const std::string last_time = live.substr(live.rfind('\n', live.size() - 2) + 1, 20);
   EXPECT_THAT(contents(folder / "p.csv"), HasSubstr(last_time));
 }
 
 TEST_F(RecordingTest, ATickThatDiffersIsNamed) {
   const auto folder = record(137);
-  // A camera message that never came: only the record counts it, not the pose file.
+  // The record, but not the pose file, counts a camera message that never came.
   std::string beat = contents(folder / "beat.csv");
   const auto row = beat.find('\n', beat.find('\n') + 1) + 1;
   auto at = row;
   for (int field = 0; field < 11; ++field) at = beat.find(',', at) + 1;
   const auto end = beat.find(',', at);
   beat.replace(at, end - at, std::to_string(std::stoi(beat.substr(at, end - at)) + 1));
-  // The counts of later rows include it.
+  // Drops the later rows, whose counts would have to include the message.
   scratch_.write("drive/beat.csv", beat.substr(0, beat.find('\n', row) + 1));
   const std::string difference = "tick 145 (t = 1700001000.725000000)";
   EXPECT_EQ(verify(folder).difference, difference);
@@ -252,7 +252,7 @@ TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
 TEST_F(RecordingTest, ARecordingThatLostItsEndReplaysWhatIsThere) {
   namespace fs = std::filesystem;
   const auto folder = record(137);
-  // In the middle of a row, at best.
+  // Cuts the file, if possible in the middle of a row.
   fs::resize_file(folder / "beat.csv", fs::file_size(folder / "beat.csv") * 2 / 3);
   const RecordingReplay replayed = verify(folder);
   EXPECT_EQ(replayed.difference, "");

@@ -36,7 +36,7 @@ class OdomReplay : public testing::Test {
 TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
   const Outcome outcome =
       replay("(1.000000) can0 101#000000\n(1.010000) can0 101#00\n(1.020000) can0 7FF#\n");
-  EXPECT_EQ(outcome.status, 1);  // and there is no pose
+  EXPECT_EQ(outcome.status, 1);  // because there is no pose
   EXPECT_THAT(outcome.err,
               HasSubstr("message 'WHEEL' (wheel_rear): none of its 2 frames gave a value: "
                         "1 failed their protection, 1 are too short"));

@@ -20,7 +20,7 @@ Trajectory in_units(double metre, double radian) {
   return drive;
 }
 
-// A wheel's distance and a gyro's turn, each with a scale error.
+// The distance from a wheel and the yaw from a gyro, each with a scale error.
 Trajectory driven(double wheel = 1.05, double gyro = 0.97) {
   Trajectory drive = wavy_drive(0.0, 20.0, 0.01);
   for (auto& point : drive.points)
@@ -107,13 +107,13 @@ TEST(CoverageCheck, MeasuresTheDistanceDriven) {
     return point.t_ns > 4'000'000'000 && point.t_ns < 9'000'000'000;
   });
   EXPECT_THAT(check_coverage(truth, hole), Optional(Named("estimate_covers_part", "15.0 s")));
-  // Rows that are far apart.
+  // Rows that are far apart are no gap.
   EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 1.0)));
 }
 
 TEST(CoverageCheck, IgnoresAReferenceThatContinuesAtRest) {
   Trajectory longer = truth;
-  for (int i = 1; i <= 3000; ++i) {  // 30 s, trembling
+  for (int i = 1; i <= 3000; ++i) {  // 30 s with jitter
     TrajectoryPoint point = truth.points.back();
     point.t_ns += 10'000'000LL * i;
     point.pose.x += i % 2 == 0 ? 0.06 : -0.06;

@@ -151,7 +151,7 @@ TEST(UnusedSources, EstimatesMayEndAMomentApart) {
   }
 }
 
-// A very uncertain heading is not good, however small its error is.
+// A very uncertain heading is not graded "good", however small its error is.
 TEST(UnusedSources, UncertainHeadingIsNotGood) {
   const Copy drive;
   drive.must_run(

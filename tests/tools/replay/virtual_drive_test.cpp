@@ -75,7 +75,7 @@ TEST(Replay, UsesACameraPoseOnceItHasArrived) {
   play(drive);
   EXPECT_EQ(drive.summary.cameras, 1U);
   ASSERT_FALSE(drive.poses.empty());
-  EXPECT_EQ(drive.poses.front().time_ns, 1020 * ms);  // initialised by it
+  EXPECT_EQ(drive.poses.front().time_ns, 1020 * ms);  // initialised by this camera pose
   EXPECT_NEAR(drive.poses.front().x, 7.0, 0.05);
 }
 

@@ -134,7 +134,7 @@ TEST_F(Plot, OverlaysFilesAndStacksQuantities) {
   EXPECT_THAT(svg_of("pose.csv other.csv --what speed --what heading"),
               AllOf(HasSubstr(">pose<"), HasSubstr(">other<"), HasSubstr(">Speed<"),
                     HasSubstr(">Heading<")));
-  // Without a common time, each begins at 0.
+  // Without a common time, each file begins at 0.
   scratch_.write("early.csv", csv_of(wavy_drive(0.0, 1.0, 0.01)));
   EXPECT_THAT(
       run("pose.csv early.csv --what heading --out -"),

@@ -17,7 +17,7 @@ class Report : public ::testing::Test {
   static Outcome run(const std::string& arguments) {
     return scratch().run("odom evaluate " + arguments);
   }
-  /// Of an evaluation of one drive.
+  /// The lap in the JSON of an evaluation.
   static nlohmann::json drive_json(const std::string& arguments) {
     return scratch().json("odom evaluate --json --drive lap " + arguments)["drives"][0];
   }
@@ -95,7 +95,7 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
   };
   EXPECT_EQ(align(""), "none");
   EXPECT_EQ(align(" --dead-reckoning"), "first");
-  EXPECT_EQ(align(" --frame odom"), "first");  // it contains no camera pose
+  EXPECT_EQ(align(" --frame odom"), "first");  // this frame uses no camera pose
   EXPECT_EQ(align(" --align fit"), "fit");
 }
 
@@ -130,7 +130,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
   EXPECT_FALSE(paper.contains("position"));
   EXPECT_FALSE(paper.contains("nees"));
-  // With camera poses, the error at the end is the camera's; this is said once for all drives.
+  // With camera poses, the end error is the camera's; this note is printed once for all drives.
   constexpr auto note =
       "--closed-loop with camera poses: the error at the end is only as good as the camera";
   const std::string closed = "--drive lap --closed-loop --model paper";
@@ -187,9 +187,9 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
       "--drive lap --dead-reckoning --model kinematic --model full --json --html wrong.html";
   const Outcome outcome = run(arguments + " --config turned.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  // Which sensor is flagged on a circle does not matter here: the accelerometer or the gyro.
+  // On a circle, the accelerometer or the gyro may be flagged; here either is right.
   const std::string flagged = " \\(IMU\\): contradicts the other sensors";
-  // Nor which one is gated: in a turn with the wrong sign, wheels seem too fast or too slow.
+  // Any source may be gated: in a turn with the wrong sign, wheels seem too fast or too slow.
   const std::string gated =
       "full: [a-z_]* \\([A-Z_]*\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";
   // A warning that all models share is given once; any other names its model.
@@ -236,7 +236,7 @@ TEST_F(Report, OpensWithAVerdictAndItsReasons) {
 
 TEST_F(Report, IsTheSameEveryTimeAndKeepsItsColumnsOnAPhone) {
   EXPECT_EQ(page(" --model paper"), page(" --model paper"));
-  // Its command is as a shell takes it.
+  // The page's command is quoted for a shell.
   EXPECT_THAT(page(" --model paper --title \"it's\""), HasSubstr("--title 'it'\\''s'"));
   const std::string page = Report::page(" --model paper --model kinematic_printed");
   EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));

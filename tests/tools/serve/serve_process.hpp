@@ -36,7 +36,7 @@ class Client {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
   }
-  /// Reads until the server closes, or has sent `until`; with MSG_DONTWAIT, what has arrived.
+  /// Reads until the server closes or has sent `until`; with MSG_DONTWAIT, only what has arrived.
   std::string& receive(std::string_view until = "\xff", int flags = 0) {
     std::array<char, 65'536> piece{};
     const auto end = steady_clock::now() + milliseconds{20'000};
@@ -82,7 +82,7 @@ class Serve : public ::testing::Test {
   [[nodiscard]] std::string get(const std::string& path, const std::string& headers = "") const {
     return answer_to("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n");
   }
-  /// "401": the status of the answer.
+  /// The status of the answer: "401".
   [[nodiscard]] std::string code(const std::string& path, const std::string& headers = "") const {
     return get(path, headers).substr(9, 3);
   }

@@ -152,7 +152,7 @@ TEST_F(Serve, SurvivesBrokenRequests) {
   EXPECT_EQ(server_->terminate().status, 0) << server_->errors();
 }
 
-// Here a regular expression once used stack per character, in each of 80 threads.
+// A regular expression for these once used stack for each character, in each of 80 threads.
 TEST_F(Serve, ReadsNoLongLines) {
   start_with_token();
   const long before_kb = resident_kb();

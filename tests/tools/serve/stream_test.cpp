@@ -1,4 +1,4 @@
-// What odom serve says of a daemon: its stream of events and its metrics.
+// What odom serve says about a daemon: its stream of events and its metrics.
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/serve/serve_process.hpp"
 
@@ -98,7 +98,7 @@ TEST_F(Serve, MapsNothingOfTheSegmentWritable) {
   EXPECT_GT(found, 0);
 }
 
-// tests/campaign/serve.sh gives the text to Prometheus' own parsers.
+// tests/campaign/serve.sh gives these metrics to Prometheus' own parsers.
 TEST_F(Serve, GivesTheMetricsOfOdomStatus) {
   const AnsweringSocket status{scratch_.path("status.sock").string(), status_text};
   start();

@@ -47,8 +47,8 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
     scratch.must_run("odom sim " + what + " --force --out made --seed " + seed);
     return nlohmann::json::parse(scratch.text("made/plant.json"));
   };
-  // Every drive of the 1:10 car has this car, except for the errors of mass and inertia, which its
-  // owner measures.
+  // Every drive of the 1:10 car simulates this car, except for the errors of mass and inertia,
+  // which its owner measures.
   const sim::PlantParameters car = sim::true_vehicle(sim::CarKind::scale_car, {});
   for (const std::string seed : {"1", "2"}) {
     const auto drawn = plant_of("--duration 2", seed).at("truth");
@@ -70,7 +70,7 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyAccepts) {
   for (const std::string seed : {"1", "5", "15", "20"}) {
     for (const std::string what : {"weighing", "swing"})
       scratch.must_run("odom sim " + what + " --force --out " + what + " --seed " + seed);
-    // Rounded like a reading.
+    // The values are rounded like readings.
     for (const auto& [file, name] : {std::pair{"weighing", "wheelbase"},
                                      {"swing", "spacing"},
                                      {"swing", "spacing_below"},
@@ -79,7 +79,7 @@ TEST(SimCommand, WritesMeasurementsThatIdentifyAccepts) {
           nlohmann::json::parse(scratch.text(std::string(file) + "/measured.json"));
       EXPECT_LE(measured.at(name).dump().size(), std::string("0.2195").size()) << name;
     }
-    // One method's result, the stored mass, is an input of the next.
+    // The mass that the first method stores is an input of the next methods.
     for (const std::string method :
          {"mass --measured weighing", "cog --measured weighing", "inertia --measured swing"})
       EXPECT_THAT(scratch.run("odom identify " + method + "/measured.json --write swing/car.toml"),

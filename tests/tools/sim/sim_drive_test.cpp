@@ -30,7 +30,7 @@ Drive drive(const RunOptions& options) {
   return result;
 }
 
-/// Times and data of all frames; of one message only the times.
+/// Times and data of all frames, but only the times of the message `but`.
 std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> sent(const Happenings& all,
                                                                      std::uint32_t but = 0) {
   std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> frames;
@@ -78,7 +78,7 @@ TEST_P(EveryDrive, EndsStandingWhereItBegan) {
   const double gap = size_of(d.plan.car_kind) != CarSize::full ? 0.04 : car ? 0.5 : 0.4;
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), gap);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
-  // The car stands at first, and the stamps increase.
+  // The car is at rest at first, and the stamps increase.
   EXPECT_EQ(d.all.truth[99].pose.x, d.plan.start.x);
   for (std::size_t i = 1; i < d.all.frames.size(); ++i)
     ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);
@@ -142,7 +142,7 @@ TEST(Sim, TheAccelerometerMeasuresGravityInABankedTurn) {
     EXPECT_EQ(level.bank, 0.0);
     EXPECT_NEAR(banked.bank, -0.17, 0.005);
     EXPECT_GT(level.level, 4.0);
-    // The body leans outwards, and less on a bank, which takes a part of the lateral force.
+    // The body leans outwards, but less on a bank, which takes up a part of the lateral force.
     EXPECT_GT(level.roll, 0.03);
     EXPECT_LT(banked.roll, 0.8 * level.roll);
     for (const BankedTurn& turn : {level, banked})

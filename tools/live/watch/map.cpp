@@ -17,8 +17,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double min_extent = 1.0;  // m: a stationary car is not magnified beyond this
 
-// A cell of the terminal is two dots wide and four dots high, and about half as wide as high: dots
-// are square.
+// A cell of the terminal is two dots wide and four dots high, and about half as wide as high, so
+// dots are square.
 constexpr std::size_t dots_across = 2;
 constexpr std::size_t dots_down = 4;
 

@@ -11,7 +11,7 @@
 namespace odomd::tools::watch {
 namespace {
 
-// Rates are measured over this time: over half a second, 28 Hz would flicker between 26 and 30.
+// Rates are measured over this time: in half a second, 28 Hz would flicker between 26 and 30.
 constexpr std::int64_t rate_window_ns = 2'000'000'000;
 
 }  // namespace

@@ -16,7 +16,7 @@ struct Picture {
   Lines body;  ///< the rest; can be scrolled if it is longer than the screen
 };
 
-/// The parts of the head: the daemon and its mode with the conditions, or what is waited for.
+/// The parts of the head: the daemon and its mode with the conditions, or what the page waits for.
 [[nodiscard]] Lines head(const State& state, std::size_t columns);
 [[nodiscard]] Lines mode_lines(const State& state, std::size_t columns);
 
@@ -54,7 +54,7 @@ struct View {
 /// The picture for a screen; a larger one gets a larger map.
 [[nodiscard]] Picture draw(const State& state, const View& view);
 
-/// Lines of the body that the screen cannot show at once.
+/// How many lines of the body do not fit on the screen.
 [[nodiscard]] std::size_t most_scrolled(const Picture& picture, const View& view);
 
 /// Exactly `rows` lines of exactly `columns`: the head, the part of the body that fits, the keys.

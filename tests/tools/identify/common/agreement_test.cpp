@@ -75,7 +75,7 @@ TEST(Agreement, AcceptsSmallErrors) {
   Recorded blind = recorded();
   blind.poses.clear();
   EXPECT_FALSE(blind.verdict());
-  // So do a few poses upside down.
+  // A few poses with a reversed heading give no verdict either.
   Recorded drive = recorded();
   for (std::size_t i = 0; i < drive.poses.size(); i += 60) drive.poses[i].yaw += std::numbers::pi;
   EXPECT_FALSE(drive.verdict());
@@ -157,7 +157,7 @@ TEST(Agreement, NamesAGyroFarFromWheelsAndSteeringWithoutPoses) {
   Recorded drive = recorded();
   drive.poses.clear();
   drive.scale(Source::yaw_rate, 57.3);
-  // The gyro reads 5 % too much: 60.
+  // The gyro also reads 5 % too much, so the factor is 60.
   EXPECT_THAT(drive.verdict(), Optional(Named("scale_off", "yaw_rate: turns 6")));
   drive.scale(Source::yaw_rate, 1.0 / 57.3 / 57.3);
   EXPECT_THAT(drive.verdict(), Optional(Named("scale_off", "times as little")));

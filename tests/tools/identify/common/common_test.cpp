@@ -77,7 +77,7 @@ TEST(SignalLog, RefusesALogWhoseTimesRunBackwards) {
                     Not(HasSubstr("\n"))));
   EXPECT_THAT(refused("(100.000000) can0 101#E803\n(99.000000) can0 102#D0070000\n"),
               HasSubstr("drive.log:2: this frame has a stamp"));
-  // Two buses, whose drivers deliver at different times, and a frame without a stamp.
+  // Accepted: two buses whose drivers deliver at different times, and a frame without a stamp.
   EXPECT_EQ(
       refused(
           "(100.000000) can0 101#E803\n(99.100000) can0 102#D0070000\n(0.000000) can0 101#E903\n"),

@@ -8,7 +8,7 @@ namespace {
 class FitCommand : public testing::Test {
  protected:
   FitCommand() { simulate(scratch_, "--duration 16", "lap"); }
-  /// Fits without a trial; the parameters `fixed` stay.
+  /// Fits without a trial; the parameters in `fixed` stay as configured.
   [[nodiscard]] Outcome fit(const std::string& options,
                             const std::vector<std::string>& fixed) const {
     std::string line = "odom identify fit --untried " + options;
@@ -69,7 +69,7 @@ lap/drive.log -> lap/drive.log: is a file; give the folder
 lap --to 9.9 -> ten seconds
 lap --from 7 -> ten are needed
 )");
-  // A copy of the drive after a change, and what is said of it.
+  // Changes to a copy of the drive, and what the error about each says.
   const struct {
     const char *change, *options, *says;
   } cases[]{{"printf 't_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\\n1,1,0,0,0,1,1\\n' > camera.csv",
@@ -96,7 +96,7 @@ fit --quiet --config lap/unsteered.toml --drive lap -> steering
 )");
 }
 
-// Where a file is found, the error is about the duration.
+// If all files are found, the error is about the duration.
 TEST_F(FitCommand, AcceptsTheFilesOfADriveAndNamesMissingOnes) {
   scratch_.must_run(
       "cp -r lap by_other_name && mv by_other_name/drive.log by_other_name/can.log && "

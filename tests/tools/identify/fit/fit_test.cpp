@@ -44,7 +44,7 @@ Settings freeing(std::initializer_list<Parameter> parameters, double prior_sigma
   return settings;
 }
 
-/// All values as configured.
+/// A result in which every value is as configured.
 Result unmoved(const Turns& turns = {}) {
   Result result;
   result.covariance.setZero(parameters, parameters);
@@ -246,7 +246,7 @@ TEST(FitTyres, MatchTheFilterInTheHardestTurnsAndAtHalfTheirAcceleration) {
       EXPECT_NEAR(force(*tyre, slip_at(fitted, Axle::rear, accel), rear_mass), rear_mass * accel,
                   1e-6 * rear_mass * accel);
   }
-  // F = C α / √(1 + b s²) at s = C α / F_z, the other way round: s = u / √(1 - b u²), u = F / F_z
+  // F = C α / √(1 + b s²) with s = C α / F_z; inverse: s = u / √(1 - b u²) with u = F / F_z
   const car_model::Car<double> fitted = fitted_car(without_load_transfer());
   const double u = 8.0 / st::gravity, load = rear_mass * st::gravity;
   EXPECT_NEAR(slip_at(fitted, Axle::rear, 8.0),
@@ -255,7 +255,7 @@ TEST(FitTyres, MatchTheFilterInTheHardestTurnsAndAtHalfTheirAcceleration) {
 
 TEST(FitTyres, AreNoBrushIfNothingSaturatesOrGripIsExceeded) {
   Numbers<double> p = without_load_transfer();
-  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 14.0));  // μ = 1.2 holds 11.7
+  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 14.0));  // μ = 1.2 gives at most 11.7
   p[bend_front] = -30.0;
   EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 8.0));
 }
@@ -274,7 +274,7 @@ TEST(FitTyres, HaveAGripIfTheDriveShowsSaturation) {
   const std::vector<Finding> hard = found_at(9.0, 0.1);
   ASSERT_EQ(hard.size(), 2U);
   EXPECT_EQ(hard[0].key, "vehicle.cornering_stiffness_rear");
-  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // brush curves bend at once
+  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // brush curves bend from 0
   EXPECT_EQ(hard[1].key, "vehicle.grip_rear");
   EXPECT_EQ(hard[1].determined, Determined::yes);
   EXPECT_NEAR(hard[1].value, 12.0, 3.0);

@@ -1,4 +1,4 @@
-// Fitted values tried on the filter: it keeps those that help.
+// Fitted values tried on the filter: those that help are kept.
 #include <set>
 
 #include "tests/tools/scratch.hpp"
@@ -85,7 +85,7 @@ std::vector<Group> groups(const std::vector<std::string>& names) {
   return all;
 }
 
-/// Errors by the applied groups, equal in all parts of the drives.
+/// The error as a function of the applied groups, the same in all parts of the drives.
 template <typename Error>
 Ratio errors(const Patch& patch, Error&& error) {
   std::set<std::string> in;

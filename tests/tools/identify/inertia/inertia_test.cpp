@@ -33,7 +33,7 @@ TEST(Bifilar, HasTheFormulaOfThePaperWithPiSquared) {
   EXPECT_NEAR(period_at(reference, 1e-4), small_period(), 1e-8);
 }
 
-// A swing with a new random period each time.
+// An oscillation in which each swing has a new random period.
 Series no_pendulum() {
   sim::RandomStream random(1, "no swing");
   Series record;
@@ -53,7 +53,7 @@ Series no_pendulum() {
 TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
   const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
   const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
-  constexpr double period = 2.376;  // of 3 kg and 0.04 kg m²
+  constexpr double period = 2.376;  // of a body of 3 kg and 0.04 kg m²
   EXPECT_THAT(message_of([&] { check_size(exchanged, period, 3.0); }),
               HasSubstr("are --spacing and --cord exchanged?"));
   EXPECT_THAT(message_of([&] { check_size(hung, period, 3e4); }),
@@ -218,7 +218,7 @@ TEST(IdentifyInertia, ByStopWatch) {
                std::to_string(20.0 * period)));
   EXPECT_NEAR(json["values"][0]["value"].get<double>(), inertia, 1e-6);
   EXPECT_EQ(json["values"][0]["key"], "vehicle.yaw_inertia");
-  // Independent parts: the period's is twice its relative uncertainty, 0.15 s of 20 swings.
+  // Independent parts; the period's, relative to J, is 2 · 0.15 s / (20 periods).
   const auto& parts = json["details"]["contributions"];
   EXPECT_NEAR(parts["period"].get<double>(), 2.0 * 0.15 / (20.0 * period) * inertia, 1e-6);
   double variance = 0.0;

@@ -1,4 +1,4 @@
-// Time offsets between signals, for signals with known offsets, and values for [steering].
+// Time offsets, estimated for signals with known offsets, and values for [steering].
 #include <map>
 #include <numbers>
 #include <random>
@@ -53,7 +53,7 @@ estimator::CameraPose pose_at(double t, double x, double y, double turned) {
 }
 
 /// The rear wheels' speeds, `side` [m] left and right of the middle (below 0: exchanged), each with
-/// noise of its own. Their spin adds a latency of `lag` [s per m/s].
+/// independent noise. Their spin adds a latency of `lag` [s per m/s].
 void add_rear_wheels(SignalLog& log, double side, const Sampling& how, double lag = 0.0) {
   const auto wheel = [&](double y, unsigned seed) {
     Sampling own = how;
@@ -149,7 +149,7 @@ TEST(Latency, OfWheelsComesFromTheDifferenceOfLeftAndRight) {
 TEST(Latency, OfWheelsIsUnbiasedByInterpolationBetweenGyroSamples) {
   SignalLog log = log_with_gyro();
   log.of(Source::yaw_rate) = sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
-  add_rear_wheels(log, 0.08, {.late = 0.02}, 1e-3);  // four samples of the gyro
+  add_rear_wheels(log, 0.08, {.late = 0.02}, 1e-3);  // 0.02 s: four samples of the gyro
   const SourceOffset found = offset_of(Source::wheel_rear_left, log);
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
@@ -220,8 +220,8 @@ TEST(Latency, IsUndeterminedOnAStraightDrive) {
   EXPECT_NE(offset_of(Source::wheel_rear_left, log).failure, "");
 }
 
-// At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
-// contains must not separate them.
+// At a steady speed the tyres' relaxation and the steering's lag look alike: effects outside the
+// model must not make them seem distinct.
 TEST(Latency, OfTheSteeringHasAnHonestSigmaAtASteadySpeed) {
   Lap lap("", "--camera camera.csv");
   const auto plant = nlohmann::json::parse(contents(lap.folder + "/plant.json"));
@@ -231,7 +231,7 @@ TEST(Latency, OfTheSteeringHasAnHonestSigmaAtASteadySpeed) {
               2.0 * value["sigma"].get<double>() + half_a_cycle);
 }
 
-// With poses stamped on arrival all sensors seem early: the camera is no clock, and 0 is wrong.
+// With poses stamped on arrival all sensors seem early, but no latency can be negative.
 TEST(Latency, RejectsEarlySensorsAndFallsBackToTheGyro) {
   Lap lap("awk -F, -v OFS=, 'NR > 1 {$2 = $1} 1' camera.csv > late.csv &&",
           "--camera late.csv --write car.toml");

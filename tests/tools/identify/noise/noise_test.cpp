@@ -65,8 +65,8 @@ TEST(StandingNoise, LeavesOutOutliers) {
   EXPECT_FALSE(noise.walk);
 }
 
-// A filtering sensor, or a message sent more often than its value changes: the stated sigma is that
-// of long means, and no bias walk is found.
+// A filtering sensor, or a message sent more often than its value changes: the stated sigma is
+// derived from long means, and no bias walk is found.
 TEST(StandingNoise, OfCorrelatedSamplesIsThatOfTheirMeans) {
   const Series white = record({}, 30'000, 1);
   Series filtered = white, held = white;

@@ -42,7 +42,7 @@ TEST(MarkerTrack, NamesLineAndColumnOfBadInput) {
 }
 
 // A film computed from a formula, without a tyre model: motion, alignment with the log, steady
-// circles. The car stands, speeds up, circles and stops.
+// circles. The car is at rest, accelerates, circles and stops.
 
 /// Speed, yaw rate and drift (in the car's frame) over time [s].
 struct SyntheticDrive {
@@ -214,7 +214,7 @@ TEST(FilmAlignment, RefusesAFilmThatHardlyShowsTheMarkers) {
               HasSubstr("both markers are seen often enough in only 4 s of 26 s of film"));
 }
 
-// The gyro, and a quarter of it as steering, up to a time.
+// A log with the gyro and, until `steered_until_ns`, a quarter of its rate as steering.
 SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
   SignalLog log;
   log.of(estimator::Source::yaw_rate) = gyro;
@@ -262,7 +262,7 @@ TEST(CircleRuns, FindsNoCircleInAWobble) {
   EXPECT_THAT(
       measure_circles("film.csv", film_motion(film.track, places, metres), log, 0, 0.0, warnings),
       testing::IsEmpty());
-  EXPECT_THAT(warnings, testing::IsEmpty());  // not for another reason
+  EXPECT_THAT(warnings, testing::IsEmpty());  // so there is no other reason
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ TEST(StiffnessCommand, WritesTheTruthWithinTwoSigma) {
   EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
 }
 
-/// Uses a configuration with another scale of `signal`.
+/// Uses a configuration in which `signal` has this scale.
 Outcome identify_scaled(const std::string& signal, const std::string& scale) {
   std::string text = contents("car.toml");
   const std::string entry = "signal = " + signal;
@@ -192,12 +192,12 @@ TEST(StiffnessCommand, DoesNotWriteWhatTheCirclesContradict) {
     EXPECT_EQ(contents("kept.toml"), car) << options;
     EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
-  // Measured from the rear marker, the front marker, the middle of the wheelbase.
+  // Positions measured from the rear marker, from the front marker, and from mid-wheelbase.
   expect("--front 0.30,0 --rear 0,0 ",
          "centre of gravity lies 0.120 m ahead of the place in --front and");
   expect("--front 0,0 --rear -0.30,0 ", "centre of gravity lies 0.180 m behind the place");
   expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity lies 0.045 m ahead of");
-  // A missing minus sign.
+  // The rear position lacks its minus sign.
   expect("--front 0.18,0 --rear 0.12,0 ", "of the film's lateral acceleration, and one of the two");
   expect("--front 0.18,0 --rear 0.12,0 ", "no marker lies behind the centre of gravity");
   expect("--front 0.36,0 --rear -0.24,0 ", "accelerometer reads 50 %");

@@ -79,7 +79,7 @@ TEST(Weighing, WidensTheUncertaintyForContradictionsAndReportsThem) {
               testing::Optional(diagnostics::Named("weighings_contradict", "28.9 times")));
   EXPECT_GT(mass(axles_and(3.1))->sigma, 0.04);
   EXPECT_FALSE(contradiction_in(axles_and(3.003), scale));
-  // They differ by a digit of the scale.
+  // These weighings differ by a digit of the scale.
   const std::vector<Weighing> close{
       {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
   EXPECT_FALSE(contradiction_in(close, {.resolution = 0.001}));
@@ -219,7 +219,7 @@ TEST(IdentifyMass, HasTheSameUncertaintyAsCogIfAxlesAreWeighed) {
     const auto json = nlohmann::json::parse(must_run("odom identify " + method + loads));
     return json["values"].back()["sigma"].get<double>();
   };
-  // Weighed axle by axle, a slope of 0.25 degrees shifts m h/l tan θ; h/l is a quarter.
+  // Weighed axle by axle, 0.25° of slope shifts the load by m h/l tan θ; h/l = 1/4.
   const double shift = 3.0 * 0.25 * std::tan(0.25 / 57.29577951308232);
   EXPECT_NEAR(sigma("mass"), std::hypot(std::sqrt(2.0) * shift, 0.003), 1e-4);
   EXPECT_NEAR(sigma("mass"), sigma("cog --wheelbase 0.26"), 1e-12);

@@ -21,7 +21,7 @@ std::unique_ptr<SlowDaemon> publish(const std::string& segment) {
   return daemon;
 }
 
-// A daemon without further ticks: its heartbeat goes on until the end.
+// A daemon that has stopped ticking; its heartbeat continues while this object exists.
 class Beating {
  public:
   explicit Beating(const std::string& segment)

@@ -1,4 +1,4 @@
-// odom watch: its pages about a daemon, line by line, their parts, and the keys.
+// odom watch: the lines and parts of its pages about a daemon, and its keys.
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -205,7 +205,7 @@ TEST(Watch, ScrollsToTheEndAndNoFurther) {
   EXPECT_THAT(end, AllOf(HasSubstr("tracking"), HasSubstr("IMU"), HasSubstr("the end")));
 }
 
-// What the page says of a daemon in another state.
+// What the page says about a daemon in another state.
 TEST(Watch, SaysWhatIsMissing) {
   const struct {
     void (*change)(State&);

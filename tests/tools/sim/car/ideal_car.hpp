@@ -1,4 +1,4 @@
-// Cars of the simulation without errors, and steady motion, for the tests of the car.
+// Simulated cars without errors, and steady motion, for the tests of the car.
 #pragma once
 
 #include "tests/gtest.hpp"
@@ -32,7 +32,7 @@ inline Plant steady(const PlantParameters& car, double speed, double steering, d
   return plant;
 }
 
-/// Of the body and the wheels [J].
+/// Kinetic energy of the body and the wheels [J].
 inline double kinetic_energy(const PlantParameters& p, const PlantOutput& o) {
   double energy = 0.5 * p.mass * (o.v_x * o.v_x + o.v_y * o.v_y) +
                   0.5 * p.yaw_inertia * o.yaw_rate * o.yaw_rate;

@@ -71,7 +71,7 @@ TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
   EXPECT_GT(braking.pitch, 0.0);  // nose down
   EXPECT_NEAR(braking.pitch, -car.suspension.pitch_gradient() * braking.accel_x,
               0.03 * braking.pitch);
-  // When the car stands, the body swings back and becomes level.
+  // When the car has stopped, the body swings back and becomes level.
   double highest = 0.0;
   for (int k = 0; k < 50'000; ++k) {
     plant.step({.force = -car.mass * std::min(3.0, 4.0 * plant.output().v_x)}, dt);

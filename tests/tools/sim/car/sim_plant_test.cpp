@@ -29,7 +29,7 @@ TEST(Tyre, StartsWithItsStiffnessesAndGrowsLessThanTheLoad) {
   const double doubled = tyre_force(tyre, 20.0, 1.0, 0.0, 0.01).y;
   EXPECT_NEAR(doubled / at_nominal, std::pow(2.0, 0.8), 0.01);
   EXPECT_EQ(tyre_force(tyre, 0.0, 1.0, 0.1, 0.1).y, 0.0);
-  // Driving costs side force.
+  // A drive force reduces the lateral force.
   const double free = tyre_force(tyre, 10.0, 1.0, 0.0, 0.2).y;
   EXPECT_LT(tyre_force(tyre, 10.0, 1.0, 0.2, 0.2).y, 0.7 * free);
 }

@@ -27,7 +27,7 @@ TEST(Track, HasTheLengthAndTheCurvesOfItsPolygon) {
     turned += track.samples()[i].curvature * track.step();
   EXPECT_NEAR(turned, 2.0 * pi, 1e-3);
   EXPECT_NEAR(track.at(3.0 + pi / 4.0).curvature, 0.0, 0.02);
-  // It goes round and round.
+  // The track repeats after each lap.
   const TrackPoint once = track.at(1.3), again = track.at(1.3 + 3.0 * track.length());
   EXPECT_NEAR(once.x, again.x, 1e-9);
   EXPECT_NEAR(once.y, again.y, 1e-9);
@@ -52,7 +52,7 @@ TEST(Track, HasNoJumpsOfCurvature) {
       const auto& samples = leg.track->samples();
       const double wheelbase = configured_vehicle(scenario.car).wheelbase();
       for (std::size_t i = 1; i < samples.size(); ++i) {
-        // No tighter than the car can drive, no quicker than a steering can follow.
+        // The car can drive every curve, and the steering can follow every change of curvature.
         EXPECT_LT(std::abs(samples[i].curvature) * wheelbase, 0.5) << scenario.name;
         EXPECT_LT(std::abs(samples[i].curvature - samples[i - 1].curvature) * wheelbase, 0.12)
             << scenario.name << " at " << static_cast<double>(i) * leg.track->step();

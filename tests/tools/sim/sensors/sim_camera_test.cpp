@@ -94,7 +94,7 @@ TEST(Camera, HasErrorsWithTheConfiguredCorrelationTime) {
   EXPECT_NEAR(std::sqrt(variance / count), 0.05, 0.002);
   EXPECT_NEAR(std::sqrt(yaw_variance / count), 0.02, 0.001);
   EXPECT_NEAR(covariance / variance, std::exp(-1.0), 0.04);
-  // The full error from the start, with its sigma.
+  // The first pose already has the full error and its sigma.
   EXPECT_NE(poses.front().x, 0.0);
   EXPECT_EQ(poses.front().sigma_x, 0.05);
   EXPECT_EQ(poses.front().sigma_yaw, 0.02);

@@ -166,7 +166,7 @@ TEST(SteeringSensor, ReadsTheCommandOrTheWheels) {
   EXPECT_NEAR(SteeringSensor(truth, 1).read(car), 0.25, 1e-12);
 }
 
-// With the IMU in the centre of gravity.
+// Parameters with the IMU in the centre of gravity.
 ParameterSet level_imu(const std::vector<Assignment>& changes = {}) {
   ParameterSet parameters = ideal_parameters(changes);
   parameters[imu_x] = parameters[imu_y] = 0.0;
