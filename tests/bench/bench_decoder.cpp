@@ -1,5 +1,4 @@
-// Cost of decoding: unmapped frames, bound frames, protected frames; the protection check alone;
-// and the encoding of values.
+// Cost of decoding: unmapped frames, bound frames, protected frames.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -7,7 +6,6 @@
 #include <vector>
 
 #include "can_protocol/decode/decoder.hpp"
-#include "can_protocol/decode/e2e.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
 
 namespace odomd::can {
@@ -77,33 +75,6 @@ void decode_three_signals_protected(benchmark::State& state) {
   decode_all(state, rig, std::span(&rig.protection, 1));
 }
 BENCHMARK(decode_three_signals_protected);
-
-void check_protection(benchmark::State& state) {
-  const Rig rig(E2eProfile::p01);
-  const E2eProtection protection(rig.databases[0].messages[0], rig.protection);
-  E2eState seen;
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const Frame& frame = rig.frames[i];
-    benchmark::DoNotOptimize(protection.check(frame.payload(), seen));
-    i = i + 1 == rig.frames.size() ? 0 : i + 1;
-  }
-}
-BENCHMARK(check_protection);
-
-void encode_three_signals_protected(benchmark::State& state) {
-  const Rig rig(E2eProfile::p01);
-  MessageEncoder encoder(rig.databases[0].messages[0], rig.protection);
-  std::int64_t now_ns = 0;
-  for (auto _ : state) {
-    const double value = 1e-6 * static_cast<double>(++now_ns % 1'000'000);
-    encoder.set("YawRate", value);
-    encoder.set("AccX", value);
-    encoder.set("AccY", -value);
-    benchmark::DoNotOptimize(encoder.frame(now_ns));
-  }
-}
-BENCHMARK(encode_three_signals_protected);
 
 }  // namespace
 }  // namespace odomd::can

@@ -67,7 +67,6 @@ void whole_tick(benchmark::State& state, Model model) {
   }
 }
 BENCHMARK_CAPTURE(whole_tick, paper, Model::paper);
-BENCHMARK_CAPTURE(whole_tick, kinematic, Model::kinematic);
 
 /// A camera pose that is eight ticks late, and the tick that processes it.
 void camera_pose(benchmark::State& state) {

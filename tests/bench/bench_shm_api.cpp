@@ -53,18 +53,6 @@ void copy_relaxed_words(benchmark::State& state) {
 }
 BENCHMARK(copy_relaxed_words);
 
-void copy_memcpy(benchmark::State& state) {
-  const odom_pose from{};
-  odom_pose pose{};
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(from);
-    std::memcpy(&pose, &from, sizeof pose);
-    benchmark::DoNotOptimize(pose);
-    benchmark::ClobberMemory();
-  }
-}
-BENCHMARK(copy_memcpy);
-
 // Renews the heartbeat from time to time, so that the reader sees a live daemon.
 template <class Read>
 void read_hot(benchmark::State& state, Stage& stage, const Read& read) {
@@ -84,19 +72,6 @@ void latest(benchmark::State& state) {
   });
 }
 BENCHMARK(latest);
-
-void latest_with_details(benchmark::State& state) {
-  Stage stage;
-  odom_pose pose{};
-  odom_details details{};
-  read_hot(state, stage, [&] {
-    benchmark::DoNotOptimize(
-        odom_latest_details(stage.client.get(), &pose, sizeof pose, &details, sizeof details));
-    benchmark::DoNotOptimize(pose);
-    benchmark::DoNotOptimize(details);
-  });
-}
-BENCHMARK(latest_with_details);
 
 void look_in_place(Stage& stage) {
   odom_view view{};

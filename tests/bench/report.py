@@ -116,14 +116,14 @@ def add_pose(report, bench):
         in_place, what_in_place = of("in_place" + suffix), f"read three values in place, {kind}"
         report.row(what, latest, "ns", "relaxed copy", of("copy_relaxed_words" + suffix),
                    bar=("ratio ≤", 3))
-        report.row(what, latest, "ns", "memcpy", of("copy_memcpy" + suffix))
+        if suffix:
+            report.row(what, latest, "ns", "memcpy", of("copy_memcpy" + suffix))
         if "iceoryx_hot" in bench:
             take = of_take("iceoryx" + (suffix or "_hot"))
             report.row(what, latest, "ns", "iceoryx take", take, bar=("times faster ≥", 8))
             report.row(what_in_place, in_place, "ns", "iceoryx take", take)
         else:
             report.row(what_in_place, in_place, "ns")
-    report.row("read a pose with its details, hot", bench.cpu_ns("latest_with_details"), "ns")
     if "iceoryx_hot" in bench:
         report.row("publish a pose with its details and their checksum", bench.cpu_ns("publish"), "ns",
                    "iceoryx loan + publish", bench.counter_ns("iceoryx_hot", "publish_ns"))
@@ -135,11 +135,8 @@ def add_work(report, bench):
         ("decode_unmapped", "decode an unmapped frame", 50),
         ("decode_three_signals", "decode a frame, three signals", 50),
         ("decode_three_signals_protected", "decode a protected frame (profile 1), three signals", 50),
-        ("check_protection", "check the protection only", None),
-        ("encode_three_signals_protected", "encode a protected frame (simulator)", None),
         ("paper_predict_and_correct", "paper filter, predict and correct", 57, *author),
         ("whole_tick/paper", "paper, whole tick with its samples", None),
-        ("whole_tick/kinematic", "kinematic, whole tick with its samples", None),
         ("camera_pose", "paper, tick with a camera pose 40 ms late", None),
         ("full_tick/0", "full, whole tick with its samples", 5_000, elsewhere, 11_600.0),
         ("full_tick_late_camera/40", "full, tick with a camera pose 40 ms late", 40_000,
@@ -150,10 +147,10 @@ def add_work(report, bench):
 
 
 def add_replay(report, directory):
-    for model, camera, limit in (("paper", "", 2000), ("kinematic", "", None), ("full", " --camera", 300)):
+    for model, camera, limit in (("paper", "", 2000), ("full", " --camera", 300)):
         length_s, *times_ns = map(int, (directory / f"replay-{model}.txt").read_text().split())
         report.row(f"replay of a drive, `--model {model}{camera}`", length_s * 1e9 / statistics.median(times_ns),
-                   "times real time", bar=limit and ("≥", limit))
+                   "times real time", bar=("≥", limit))
 
 
 def output_of(*command):

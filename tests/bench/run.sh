@@ -60,7 +60,7 @@ fi
 
 drive=$work/drive
 step "$bin/odom" sim --duration $drive_seconds --out "$drive"
-for model in paper kinematic full; do
+for model in paper full; do
   camera=()
   [ $model != full ] || camera=(--camera "$drive/camera.csv")
   echo $drive_seconds >"$work/replay-$model.txt"

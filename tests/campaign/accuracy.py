@@ -8,8 +8,6 @@ slalom, stop-and-go, a car park and hills. Standard output is a table in Markdow
 status 1 if a bar is missed or the work failed, 2 on wrong usage.
 """
 
-import pathlib
-
 import common
 from accuracy import bars, courses, drives, fullsize
 
@@ -22,7 +20,6 @@ def arguments():
     parser.add_argument("--slack", type=float, default=1.0, metavar="X",
                         help="widen the limits by this factor: figures of a few seeds scatter")
     parser.add_argument("--model", default="full", help="the model to evaluate; default: full")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
     parser.add_argument("--full-size", dest="campaign", action="store_const", const=fullsize, default=bars,
                         help="the full-size cars in place of the small one")
     parser.add_argument("--speed", action="append", type=float, choices=courses.SPEEDS, metavar="V",
@@ -51,7 +48,7 @@ def main():
     print("\n".join(common.table(rows)), "\n")
     if campaign is fullsize:
         print("\n".join(fullsize.further(results)))
-    return common.finish(rows, given.json, {"model": given.model, "seeds": given.seeds, "drives": measured})
+    return common.finish(rows)
 
 
 if __name__ == "__main__":

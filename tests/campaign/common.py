@@ -172,12 +172,8 @@ def table(rows):
         yield f"| {bar} | {row.what} | {row.required} | {row.measured} | {'yes' if row.met else '**no**'} |"
 
 
-def finish(rows, file=None, figures=None):
-    """Writes the figures into a file and prints the last line. Returns 1 if one of the rows, (bar, row), is not met,
-    otherwise 0."""
-    if file:
-        document = {**figures, "rows": [{"bar": bar, **vars(row)} for bar, row in rows]}
-        file.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+def finish(rows):
+    """Prints the last line. Returns 1 if one of the rows, (bar, row), is not met, otherwise 0."""
     missed = sum(not row.met for _, row in rows)
     return last_words(f"{len(rows) - missed} bars met, {missed} missed", missed)
 

@@ -24,7 +24,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "daemon/core/conditions.hpp"
 #include "estimator/integrity/integrity.hpp"
 #include "tests/campaign/source_flags.hpp"
 #include "tools/math/random.hpp"
@@ -124,10 +123,7 @@ Json report_of(const Drive& drive, Camera camera, const Run& run, std::size_t fi
   const double period_s = static_cast<double>(drive.config.realtime.period_ns) * 1e-9;
   std::size_t silent = 0, gross = 0;
   std::optional<std::int64_t> first_silent, first_gross, detected;
-  std::uint32_t bits = 0;
-  Tick worst;
-  double worst_silent_m = 0.0;
-  Json flag = nullptr;
+  double worst_m = 0.0;
   for (std::size_t i = 0; i < run.size(); ++i) {
     const Tick& tick = run[i];
     const Tick* const other = healthy.empty() ? nullptr : &healthy[i];
@@ -135,40 +131,25 @@ Json report_of(const Drive& drive, Camera camera, const Run& run, std::size_t fi
     const auto note = [now_ns](std::optional<std::int64_t>& time_ns) {
       time_ns = time_ns.value_or(now_ns);
     };
-    bits |= tick.conditions & heeded & ~(other != nullptr ? other->conditions : 0);
     if (is_warned(tick, other, camera)) {
       note(detected);
     } else if (tick.sigmas > most_sigmas) {
       ++silent;
       note(first_silent);
-      worst_silent_m = std::max(worst_silent_m, tick.position_m);
       if (tick.position_m > gross_m || tick.yaw_rad > gross_rad) {
         ++gross;
         note(first_gross);
       }
     }
-    worst.position_m = std::max(worst.position_m, tick.position_m);
-    worst.yaw_rad = std::max(worst.yaw_rad, tick.yaw_rad);
-    worst.sigmas = std::max(worst.sigmas, tick.sigmas);
-    for (std::size_t s = 0; flag.is_null() && s < tick.flags.size(); ++s)
-      if (tick.flags[s] != 0 && (other == nullptr || other->flags[s] != tick.flags[s]))
-        flag = {{"source", estimator::source_names[s]},
-                {"flag", estimator::source_flag_names[tick.flags[s]]},
-                {"t", seconds(drive, now_ns)}};
+    worst_m = std::max(worst_m, tick.position_m);
   }
   return {{"silent_s", rounded(static_cast<double>(silent) * period_s)},
           {"silent_gross_s", rounded(static_cast<double>(gross) * period_s)},
           {"first_silent", seconds(drive, first_silent)},
           {"first_gross", seconds(drive, first_gross)},
           {"detected", seconds(drive, detected)},
-          {"conditions", daemon::condition_names(bits)},
-          {"first_flag", flag},
-          {"worst_m", rounded(worst.position_m)},
-          {"worst_rad", rounded(worst.yaw_rad)},
-          {"worst_sigmas", rounded(worst.sigmas)},
-          {"worst_silent_m", rounded(worst_silent_m)},
-          {"end_m", rounded(run.back().position_m)},
-          {"end_rad", rounded(run.back().yaw_rad)}};
+          {"worst_m", rounded(worst_m)},
+          {"end_m", rounded(run.back().position_m)}};
 }
 
 void print(Json head, const Json& rest) {
@@ -212,12 +193,7 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
 
   const auto print_run = [&](const std::string& kind, Json result, const Tick& left_out) {
     result["left_out_m"] = rounded(left_out.position_m);
-    result["left_out_rad"] = rounded(left_out.yaw_rad);
-    print({{"kind", kind},
-           {"camera", camera == Camera::on},
-           {"begin", rounded(begin_s)},
-           {"lasts", ends ? Json(5.0) : Json(nullptr)}},
-          result);
+    print({{"kind", kind}, {"camera", camera == Camera::on}, {"begin", rounded(begin_s)}}, result);
   };
   print_run("none", report_of(drive, camera, runs.healthy(), 0, {}), runs.healthy().back());
 

@@ -46,7 +46,7 @@ until [ "$(status '.can[0].link' 2>/dev/null)" = ended ]; do
 done
 status . >"$work/status.json"
 files_after=$(descriptors)
-stop_daemon "$daemon" || fail "odomd ended with status $?"
+stop_daemon || fail "odomd ended with status $?"
 kill "$witness"
 wait "$witness" "$yardstick"
 grep -q ' 0 lost' "$work/client.poses" || fail "the witness lost poses: $(tail -n 1 "$work/client.poses")"

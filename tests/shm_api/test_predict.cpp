@@ -147,16 +147,10 @@ odom_pose pose_with_covariance(double xx, double xy, double yy) {
   return {.covariance = {xx, xy, 7.0, yy, 7.0, 9.0}};  // the yaw terms must not matter
 }
 
-TEST(PositionSigma, IsTheAxisOfACovarianceAlongTheAxes) {
-  EXPECT_DOUBLE_EQ(odom::position_sigma(pose_with_covariance(0.09, 0.0, 0.04)), 0.3);
-  EXPECT_DOUBLE_EQ(odom::position_sigma(pose_with_covariance(0.04, 0.0, 0.09)), 0.3);
-  EXPECT_EQ(odom::position_sigma(pose_with_covariance(0.0, 0.0, 0.0)), 0.0);
-}
-
-TEST(PositionSigma, IsInvariantUnderRotation) {
+TEST(PositionSigma, IsTheMajorAxisInAnyDirection) {
   constexpr double major = 0.5;
   constexpr double minor = 0.1;
-  for (const double angle : {0.1, 0.7, 1.5, 2.5, -1.0}) {
+  for (const double angle : {0.0, 0.1, 0.7, 1.5, 2.5, -1.0}) {
     const double c = std::cos(angle);
     const double s = std::sin(angle);
     const double a = major * major;
@@ -165,6 +159,7 @@ TEST(PositionSigma, IsInvariantUnderRotation) {
                                                           a * s * s + b * c * c)),
                 major, 1e-15);
   }
+  EXPECT_EQ(odom::position_sigma(pose_with_covariance(0.0, 0.0, 0.0)), 0.0);
 }
 
 TEST(PositionSigma, IsNanForAnInvalidCovariance) {

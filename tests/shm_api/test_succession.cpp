@@ -135,37 +135,6 @@ TEST_F(Succession, DamagedTickIsNotTakenForAnotherSlot) {
   EXPECT_FALSE(claim.predecessor().has_value());
 }
 
-TEST_F(Succession, TruncatedSegmentIsReplaced) {
-  for (const off_t size : {0, 8, 4096}) {
-    { const Writer writer(settings, test_info()); }
-    ASSERT_EQ(truncate(path.c_str(), size), 0);
-    const Writer successor(settings, test_info());
-    EXPECT_FALSE(successor.predecessor().has_value());
-    EXPECT_NE(open_client(path), nullptr);
-  }
-}
-
-TEST_F(Succession, RemovedSegmentIsRecreatedWithTheNextTick) {
-  Writer writer(settings, test_info(slow_ns));
-  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
-  publish_patterned(writer, 1, 1);
-  writer.count_missed(3);
-  const std::uint64_t first = writer.info().instance_id;
-  unlink(path.c_str());
-  EXPECT_EQ(writer.maintain(), Upkeep::recreated);
-  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
-  publish_patterned(writer, 2, 2);
-  EXPECT_NE(writer.info().instance_id, first);
-  EXPECT_EQ(writer.maintain(), Upkeep::unchanged);
-  writer.wake_clients();
-  const ClientPointer client = open_client(path);
-  EXPECT_EQ(latest(client), Latest(ODOM_OK, 2));
-  odom_beat beat{};
-  EXPECT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_OK);
-  EXPECT_EQ(beat.ticks, 2U);
-  EXPECT_EQ(beat.missed, 3U);
-}
-
 TEST_F(Succession, RemovedLockStillExcludesASecondWriter) {
   Writer writer(settings, test_info());
   unlink((path + ".lock").c_str());

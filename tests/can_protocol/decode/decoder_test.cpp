@@ -116,18 +116,6 @@ TEST(Decoder, ConvertsRotationsOfAWheelToItsSpeed) {
     }
 }
 
-TEST(Decoder, SumsSignals) {
-  SignalBinding steering = bind(1, "STEER", "Angle", Unit::deg);
-  steering.signals = {"Angle", "Fraction"};
-  Rig rig({steering});
-  MessageEncoder steer = rig.encoder("STEER");
-  steer.set("Angle", -30.0);
-  steer.set("Fraction", 0.7);
-  EXPECT_EQ(rig.decode(steer.frame(0)), FrameVerdict::decoded);
-  ASSERT_EQ(rig.samples().size(), 1U);
-  EXPECT_NEAR(rig.samples()[0].value, -29.3 * std::numbers::pi / 180.0, 1e-12);
-}
-
 TEST(Decoder, ConvertsADirection) {
   SignalBinding gear = bind(1, "STEER", "Gear");
   gear.forward = 1.0;

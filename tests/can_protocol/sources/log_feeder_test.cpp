@@ -259,26 +259,6 @@ TEST(LogFeeder, FollowsASteppedClockOfALivePipe) {
               Contains(HasSubstr("the clock of the time stamps was stepped by 35")));
 }
 
-TEST(LogFeeder, FollowsALivePipeWhoseFirstLineWasLate) {
-  constexpr std::int64_t offset = 1'000'000'000'000'000;  // of the sender's clock
-  // Two periods of lead, one to the next tick of the grid, and a tolerance of two.
-  constexpr std::int64_t good_lag = 30'000'000;
-  Piped pipe;
-  pipe.fifo.open_writer();
-  std::int64_t sent = monotonic_now();
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  std::array<Frame, max_frames_per_drain> frames;
-  EXPECT_TRUE(eventually([&] {
-    std::string lines;
-    for (const std::int64_t now = monotonic_now(); sent < now; sent += period)
-      lines += line_at(sent + offset);
-    pipe.fifo.write(lines);
-    pipe.feeder.drain(frames, monotonic_now(), monotonic_now());
-    const auto log_offset = pipe.feeder.log_offset_ns();
-    return log_offset && offset - *log_offset <= good_lag;
-  }));
-}
-
 TEST(LogFeeder, KnowsTheAgeOfALineWithThisMachinesStamp) {
   const std::int64_t offset = read_clock(CLOCK_REALTIME) - monotonic_now();
   Piped pipe;

@@ -194,6 +194,9 @@ TEST_F(ConfigTest, DefaultsToTheReferenceCarWithAWarning) {
                                         FieldsAre(0.0, 0.0, 0.0), Driven::rear));
   EXPECT_THAT(config.warnings, ElementsAre(Named("reference_car")));
   EXPECT_EQ(config.record.mode, 0666U) << "who may read the pose may record";
+  config.shm.mode = 0640;
+  place_sockets(config, "/run/odomd");
+  EXPECT_EQ(config.record.mode, 0660U);
   EXPECT_THAT(config.can.sources, IsEmpty());
   EXPECT_FALSE(config.camera.configured || config.reference_lever_arm || config.initial_pose ||
                config.roll_gradient || config.pitch_gradient);

@@ -61,16 +61,6 @@ TEST(Pipeline, CountsSamplesThatAFullWindowDrops) {
   EXPECT_EQ(car.count(wheel, Verdict::fused) + car.count(wheel, Verdict::gated), 1024U);
 }
 
-TEST(Pipeline, RejectsRepeatedAndBackwardStamps) {
-  const Car car;
-  car.wheel_reads(0, 1000);
-  car.wheel_reads(0, 9000);
-  car.take(257, start - 1 * ms, 9000, start);
-  EXPECT_NEAR(car.tick(0).pose.vx, 1.0, 1e-9);
-  EXPECT_EQ(car.count(wheel, Verdict::duplicate), 1U);
-  EXPECT_EQ(car.count(wheel, Verdict::too_old), 1U);
-}
-
 TEST(Pipeline, StampsFramesWithoutAUsableStampAtTheDrain) {
   const Car car;
   car.take(257, 0, 1000, start);
@@ -100,24 +90,6 @@ TEST(Pipeline, CountsTheFramesOfEachBusButNoErrorFrames) {
   EXPECT_EQ(record.details.frames[1], 1U);
   const auto& frames = car.pipeline->statistics().frames;
   EXPECT_EQ(frames[static_cast<std::size_t>(can::FrameVerdict::unmapped)].get(), 1U);
-}
-
-TEST(Pipeline, ReportsTheNoiseThatTheFilterEstimates) {
-  const Car car(two_signals(estimator::Model::full));
-  const auto& sources = car.pipeline->statistics().sources;
-  // The car is at rest for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
-  for (std::int64_t k = 0; k <= 400; ++k) {
-    car.wheel_reads(k * 5, k < 200 ? 0 : 1500);
-    car.gyro_reads(k * 5, static_cast<std::int16_t>(k % 2 * 10), k);
-    (void)car.tick(k * 5);
-  }
-  const estimator::SourceNoise noise = sources[gyro].noise.get();
-  EXPECT_EQ(noise.stated, 0.03);
-  // √(E (z_k - 2 z_k-1 + z_k-2)² / 6) = 20 mrad/s / √6; while moving, the estimate is at its bound.
-  EXPECT_NEAR(noise.at_rest, 0.00816, 1e-4);
-  EXPECT_NEAR(noise.moving, 0.00949, 1e-4);
-  EXPECT_GT(sources[wheel].noise.get().speed_share, 0.0);
-  EXPECT_FALSE(sources[camera].noise.get().estimated());
 }
 
 TEST(Pipeline, ResumesWithCalibrationsAndAnInflatedCovariance) {

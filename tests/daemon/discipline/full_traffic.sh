@@ -3,9 +3,10 @@
 # pose, a client that polls, and one that reads the status.
 #
 # Expects ODOMD_BIN_DIR, and $name, the name of the test. Leaves its files in $work.
-PATH=$ODOMD_BIN_DIR:$PATH
 discipline=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+. "$discipline/../../lab/guest.sh" # await, status
 work=$(mktemp -d)
+run=$work
 shm=/odomd-$name-$$
 children=()
 
@@ -27,23 +28,6 @@ fail() {
   echo "$name: FAILED: $*"
   [ ! -s "$work/odomd.log" ] || tail -n 5 "$work/odomd.log" | sed 's/^/  odomd: /'
   exit 1
-}
-
-# await SECONDS COMMAND...: whether the command succeeds within that time.
-await() {
-  local end=$((SECONDS + $1))
-  shift
-  until "$@" >/dev/null 2>&1; do
-    [ $SECONDS -lt $end ] || return 1
-    sleep 0.1
-  done
-}
-
-# status FILTER [JQ-OPTION...]: a value of the running daemon's status.
-status() {
-  local filter=$1
-  shift
-  odom status --json --socket "$work/status.sock" | jq -r "$@" "$filter"
 }
 
 # start_full_traffic SECONDS [COMMAND...]: the traffic for this time, into an odomd that is started by
@@ -75,8 +59,5 @@ start_full_traffic() {
   done
 }
 
-# stop_daemon PID: stops it; succeeds if it ended cleanly.
-stop_daemon() {
-  kill "$1"
-  wait "$daemon"
-}
+# stop_daemon: succeeds if it ended cleanly.
+stop_daemon() { kill "$daemon" && wait "$daemon"; }

@@ -16,7 +16,7 @@ children+=($!)
 await $((ticks / 200 + 120)) grep -q other_locks "$work/counts" || fail "no counts: $(status .beat -c)"
 read -r published received camera locked < <(status '[.beat.ticks, .can[0].received,
   .camera.messages, .realtime.memory_locked] | map(tostring) | join(" ")')
-stop_daemon "$daemon" || fail "odomd ended with status $?"
+stop_daemon || fail "odomd ended with status $?"
 
 counted() { awk -v name="$1" '$1 == name {print $2}' "$work/counts"; }
 echo "$name: $(tr '\n' ' ' <"$work/counts")"

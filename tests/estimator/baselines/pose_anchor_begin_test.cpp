@@ -61,12 +61,5 @@ TEST_F(PoseAnchorTest, CameraPoseFromBeforeARestartDoesNotMoveIt) {
   EXPECT_THAT(anchor_.map(), PoseNear(map, 1e-12));
 }
 
-TEST_F(PoseAnchorTest, CameraDoesNotInitialiseUnlessAllowed) {
-  anchor_ = PoseAnchor{FilterSettings{}};
-  drive(100);
-  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::source_off);
-  EXPECT_FALSE(anchor_.initialised());
-}
-
 }  // namespace
 }  // namespace odomd::estimator::testing::pose_anchor_test

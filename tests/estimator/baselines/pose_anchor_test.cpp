@@ -241,15 +241,5 @@ TEST_F(PoseAnchorTest, SettingAPoseWhileDrivingIsAJump) {
   EXPECT_NEAR(std::sqrt(anchor_.covariance()[0]), 0.05, 1e-9);
 }
 
-TEST_F(PoseAnchorTest, ReAnchoringManyTimesKeepsTheOdometry) {
-  for (int i = 0; i < 200; ++i) {
-    drive(7);
-    const Pose2 small{0.01 * std::sin(i), 0.01 * std::cos(3.0 * i), 0.005 * std::sin(2.0 * i)};
-    ASSERT_EQ(take(seen_at(small, 35 * millisecond)), Verdict::fused);
-    EXPECT_THAT(anchor_.map(), PoseNear(compose(small, odom_at(now_)), 1e-5));
-  }
-  EXPECT_THAT(anchor_.odom(), PoseNear(odom_at(now_), 1e-11));
-}
-
 }  // namespace
 }  // namespace odomd::estimator::testing::pose_anchor_test

@@ -48,10 +48,12 @@ TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
 TEST(ApplyIntegrity, ADistrustedGyroMakesThePoseDoubtful) {
   Car car = car_after(3.0, bend_at(1.5, 0.5));
   ASSERT_FALSE(car.state.doubtful);
+  const double yaw = car.yaw();
   car.drive(1.0, with(bend_at(1.5, 0.5), Source::yaw_rate, 2.0));
   EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
   EXPECT_TRUE(car.state.doubtful);
   EXPECT_NEAR(car.yaw_rate(), 0.5, 0.1);
+  EXPECT_NEAR(car.yaw(), yaw + 0.5, 0.5);
   // Without a camera nothing confirms the pose.
   car.drive(10.0, bend_at(1.5, 0.5));
   EXPECT_TRUE(car.state.integrity.trusted(Source::yaw_rate));

@@ -1,5 +1,5 @@
-// The yaw from the gyro: its integral, bias and scale, its noise, and gyros that fail. The sign of
-// unsigned wheel speeds, from the direction's samples and without them.
+// The yaw from the gyro: its integral, bias, scale and noise. The sign of unsigned wheel speeds,
+// from the samples of the direction and without them.
 #include "tests/estimator/signalled_car.hpp"
 #include "tests/gtest.hpp"
 
@@ -81,18 +81,6 @@ TEST(Heading, AGyroWithoutASampleHasNoIntegral) {
     EXPECT_GT(car.state.slow.sensitivity(at::yaw, slow::gyro_bias), -0.08);
     car.drive(0.005, without(straight_at(2.0), Source::yaw_rate));
   }
-}
-
-TEST(Heading, ASpinByTheGyroAloneIsAFault) {
-  // Wheels, steering and lateral acceleration contradict the gyro.
-  Car car = car_after(2.0, straight_at(1.0));
-  const double yaw = car.yaw();
-  car.drive(2.0, [](double t) {
-    return with(straight_at(1.0), Source::yaw_rate, std::min(100.0 * t, 4.0));
-  });
-  EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
-  EXPECT_NEAR(car.yaw(), yaw, 0.5);
-  EXPECT_TRUE(car.state.doubtful);
 }
 
 TEST(Direction, ReversesThroughStandstill) {

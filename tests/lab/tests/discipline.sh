@@ -39,9 +39,12 @@ case $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource) in
   tsc | kvm-clock) clock_is_a_call=0 ;;
   *) clock_is_a_call=1 ;;
 esac
-census=$(awk -v buses=2 -v cameras=2 -v clock_is_a_call=$clock_is_a_call \
-  -f "$ODOMD_SOURCE_DIR/tests/daemon/discipline/census.awk" beat.trace)
+census_of() { # BUSES
+  awk -v buses="$1" -v cameras=2 -v clock_is_a_call=$clock_is_a_call -f "$ODOMD_SOURCE_DIR/tests/lab/census.awk" beat.trace
+}
+census=$(census_of 2)
 check "the beat's system calls are those of the design" "$census" test $? = 0
+check "and not those of a beat with one bus: the check can fail" "$census" eval '! census_of 1'
 check "they were seen under traffic" "$census" grep -q 'recvmmsg' <<<"$census"
 echo "   $census"
 stop_daemon
