@@ -10,7 +10,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"
 #include "tools/marker_tracking/view.hpp"

@@ -1,5 +1,5 @@
 // Any text as a camera log gives finite poses or an error of one line.
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 

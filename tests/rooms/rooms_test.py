@@ -75,22 +75,19 @@ tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/core daemon/sockets tools/math tools/cli tools/drive_files tools/live tools/sim
 tools/marker_tracking: tools/cli tools/drive_files
-tools/identify: tools/cli
 tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
     daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
-tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics
-    tools/identify tools/identify/common
+tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/diagnostics tools/identify/common
 tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostics tools/replay tools/config_patch
-    tools/identify tools/identify/common
-tools/identify/noise: daemon/core tools/math tools/cli tools/diagnostics tools/replay
-    tools/identify tools/identify/common
+    tools/identify/common
+tools/identify/noise: daemon/core tools/math tools/cli tools/diagnostics tools/replay tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
-    tools/diagnostics tools/replay tools/identify tools/identify/common
+    tools/diagnostics tools/replay tools/identify/common
 tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
-    tools/replay tools/identify tools/identify/common
+    tools/replay tools/identify/common
 tools/identify/fit: daemon/diagnostics base estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/evaluation
-    tools/config_patch tools/marker_tracking tools/identify tools/identify/common tools/identify/latency
+    tools/config_patch tools/marker_tracking tools/identify/common tools/identify/latency
 tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/live tools/sim tools/identify/common
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
@@ -102,7 +99,7 @@ tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
 tools/commands: base daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/sim/car tools/sim tools/fault
-    tools/identify tools/doctor tools/import tools/init tools/serve
+    tools/identify/common tools/doctor tools/import tools/init tools/serve
 tools/completion: daemon tools/commands
 tools: tools/cli tools/commands tools/completion
 """
@@ -263,7 +260,7 @@ class Rooms(unittest.TestCase):
 
     def test_mistakes_in_the_table_are_found(self):
         tracking = "tools/marker_tracking: tools/cli tools/drive_files\n"
-        apart = ROOMS.replace(tracking, "").replace("tools/identify/common:", tracking + "tools/identify/common:")
+        apart = ROOMS.replace(tracking, "").replace("tools/identify/weighing:", tracking + "tools/identify/weighing:")
         self.assertIn("the rooms of tools/identify do not stand together", mistakes(self.tree, table(apart)))
         for before, after, found in (
                 ("tools/chart: tools/cli", "tools/chart: tools/cli tools/report",

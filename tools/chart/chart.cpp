@@ -7,7 +7,6 @@
 #include <iterator>
 #include <limits>
 
-#include "tools/chart/map.hpp"
 #include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
 

@@ -1,4 +1,4 @@
-#include "tools/chart/decimate.hpp"
+#include "tools/chart/chart.hpp"
 
 #include <algorithm>
 #include <cmath>

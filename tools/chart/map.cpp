@@ -1,4 +1,4 @@
-#include "tools/chart/map.hpp"
+#include "tools/chart/chart.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,13 +8,11 @@
 #include "tools/chart/picture.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
-#include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/replay/log_options.hpp"
 #include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/verdict.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,8 +1,7 @@
 // odom export: writes a drive for viewers.
+#include "tools/export/export.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/export/drive_data.hpp"
-#include "tools/export/formats.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/log_options.hpp"
 

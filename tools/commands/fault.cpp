@@ -6,7 +6,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/fault/fault.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/fault/live.hpp"

@@ -1,6 +1,6 @@
 // odom identify: measures the car's parameters and their uncertainty.
 #include "tools/commands/commands.hpp"
-#include "tools/identify/methods.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 

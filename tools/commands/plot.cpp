@@ -6,9 +6,8 @@
 #include "tools/chart/picture.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/drive_files/innovation_file.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/report/figures.hpp"
-#include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -48,7 +47,7 @@ std::vector<Figure> innovations_of(const std::string& file) {
 }
 
 // Reads the poses and, from a running daemon, the beat.
-PlotInput read_input(const Options& options, std::optional<BeatHistogram>& beat) {
+PlotInput read_input(const Options& options, std::optional<odom_beat>& beat) {
   PlotInput input;
   if (options.seconds > 0.0) {
     LiveTrack live = follow_daemon(options.shm, options.seconds, options.frame, plot_columns());
@@ -74,7 +73,7 @@ void run_plot(const Options& options) {
   std::vector<chart::Drawing> drawings;
   if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
   std::optional<PlotInput> input;
-  std::optional<BeatHistogram> beat;
+  std::optional<odom_beat> beat;
   for (const std::string& subject : options.what) {
     const bool of_file = subject == "innovation" || subject == "beat";
     if (subject == "innovation" && live)

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools::doctor {

@@ -29,58 +29,52 @@ double seconds(std::int64_t ns) {
 
 // Covariances: odom_pose has xx, xy, xyaw, yy, yyaw, yawyaw; odom_details the variances of vx, vy
 // and yaw_rate at 9, 12 and 14.
-constexpr std::array fields{
-    PoseField{"tick", "tick", [](P p, D) { return static_cast<double>(p.tick); }, true},
-    PoseField{"map/x", "x", [](P p, D) { return p.x; }},
-    PoseField{"map/y", "y", [](P p, D) { return p.y; }},
-    PoseField{"map/yaw", "yaw", [](P p, D) { return p.yaw; }},
-    PoseField{"odom/x", "odom_x", [](P p, D) { return p.odom_x; }},
-    PoseField{"odom/y", "odom_y", [](P p, D) { return p.odom_y; }},
-    PoseField{"odom/yaw", "odom_yaw", [](P p, D) { return p.odom_yaw; }},
-    PoseField{"velocity/x", "vx", [](P p, D) { return p.vx; }},
-    PoseField{"velocity/y", "vy", [](P p, D) { return p.vy; }},
-    PoseField{"velocity/yaw", "yaw_rate", [](P p, D) { return p.yaw_rate; }},
-    PoseField{"velocity_dot/x", "", [](P p, D) { return p.vx_dot; }},
-    PoseField{"velocity_dot/y", "", [](P p, D) { return p.vy_dot; }},
-    PoseField{"velocity_dot/yaw", "", [](P p, D) { return p.yaw_accel; }},
-    PoseField{"accel/x", "accel_x", [](P p, D) { return p.accel_x; }},
-    PoseField{"accel/y", "accel_y", [](P p, D) { return p.accel_y; }},
-    PoseField{"steering", "steering", [](P p, D) { return p.steering; }},
-    PoseField{"sigma/x", "sigma_x", [](P p, D) { return sigma(p.covariance[0]); }},
-    PoseField{"sigma/y", "sigma_y", [](P p, D) { return sigma(p.covariance[3]); }},
-    PoseField{"sigma/yaw", "sigma_yaw", [](P p, D) { return sigma(p.covariance[5]); }},
-    PoseField{"covariance/xy", "cov_xy", [](P p, D) { return p.covariance[1]; }},
-    PoseField{"covariance/xyaw", "cov_xyaw", [](P p, D) { return p.covariance[2]; }},
-    PoseField{"covariance/yyaw", "cov_yyaw", [](P p, D) { return p.covariance[4]; }},
-    PoseField{"velocity_sigma/x", "", [](P, D d) { return sigma(d.velocity_covariance[9]); }},
-    PoseField{"velocity_sigma/y", "", [](P, D d) { return sigma(d.velocity_covariance[12]); }},
-    PoseField{"velocity_sigma/yaw", "", [](P, D d) { return sigma(d.velocity_covariance[14]); }},
-    PoseField{mode_path, "mode", [](P p, D) { return static_cast<double>(p.mode); }, true},
-    PoseField{"conditions", "conditions", [](P p, D) { return static_cast<double>(p.conditions); },
-              true},
-    PoseField{"health", "", [](P p, D) { return static_cast<double>(p.health); }, true},
-    PoseField{"reset_count", "reset_count",
-              [](P p, D) { return static_cast<double>(p.reset_count); }, true},
-    PoseField{"jump/x", "", [](P p, D) { return p.jump_x; }},
-    PoseField{"jump/y", "", [](P p, D) { return p.jump_y; }},
-    PoseField{"jump/yaw", "", [](P p, D) { return p.jump_yaw; }},
-    PoseField{"calibration/gyro_bias", "gyro_bias", [](P, D d) { return d.gyro_bias; }},
-    PoseField{"calibration/gyro_scale", "gyro_scale", [](P, D d) { return d.gyro_scale; }},
-    PoseField{"calibration/accel_bias_x", "accel_bias_x", [](P, D d) { return d.accel_bias_x; }},
-    PoseField{"calibration/accel_bias_y", "accel_bias_y", [](P, D d) { return d.accel_bias_y; }},
-    PoseField{"calibration/wheel_scale", "wheel_scale", [](P, D d) { return d.wheel_scale; }},
-    PoseField{"calibration/steering_offset", "steering_offset",
-              [](P, D d) { return d.steering_offset; }},
-    PoseField{"calibration/stiffness_scale", "stiffness_scale",
-              [](P, D d) { return d.stiffness_scale; }},
-    PoseField{"calibration/gyro_latency", "gyro_latency", [](P, D d) { return d.gyro_latency; }},
-    PoseField{"calibration/wheel_latency", "wheel_latency", [](P, D d) { return d.wheel_latency; }},
-    PoseField{"calibration/steering_latency", "steering_latency",
-              [](P, D d) { return d.steering_latency; }},
-    PoseField{"calibration/grip", "grip", [](P, D d) { return d.grip; }},
-    PoseField{"beat/wakeup_latency", "", [](P, D d) { return seconds(d.wakeup_latency_ns); }},
-    PoseField{"beat/execution", "", [](P, D d) { return seconds(d.execution_ns); }},
-};
+const std::vector<PoseField>& all_fields() {
+  static const auto all = [] {
+    std::vector<PoseField> fields{
+        {"tick", "tick", [](P p, D) { return p.tick; }, true},
+        {"map/x", "x", [](P p, D) { return p.x; }},
+        {"map/y", "y", [](P p, D) { return p.y; }},
+        {"map/yaw", "yaw", [](P p, D) { return p.yaw; }},
+        {"odom/x", "odom_x", [](P p, D) { return p.odom_x; }},
+        {"odom/y", "odom_y", [](P p, D) { return p.odom_y; }},
+        {"odom/yaw", "odom_yaw", [](P p, D) { return p.odom_yaw; }},
+        {"velocity/x", "vx", [](P p, D) { return p.vx; }},
+        {"velocity/y", "vy", [](P p, D) { return p.vy; }},
+        {"velocity/yaw", "yaw_rate", [](P p, D) { return p.yaw_rate; }},
+        {"velocity_dot/x", "", [](P p, D) { return p.vx_dot; }},
+        {"velocity_dot/y", "", [](P p, D) { return p.vy_dot; }},
+        {"velocity_dot/yaw", "", [](P p, D) { return p.yaw_accel; }},
+        {"accel/x", "accel_x", [](P p, D) { return p.accel_x; }},
+        {"accel/y", "accel_y", [](P p, D) { return p.accel_y; }},
+        {"steering", "steering", [](P p, D) { return p.steering; }},
+        {"sigma/x", "sigma_x", [](P p, D) { return sigma(p.covariance[0]); }},
+        {"sigma/y", "sigma_y", [](P p, D) { return sigma(p.covariance[3]); }},
+        {"sigma/yaw", "sigma_yaw", [](P p, D) { return sigma(p.covariance[5]); }},
+        {"covariance/xy", "cov_xy", [](P p, D) { return p.covariance[1]; }},
+        {"covariance/xyaw", "cov_xyaw", [](P p, D) { return p.covariance[2]; }},
+        {"covariance/yyaw", "cov_yyaw", [](P p, D) { return p.covariance[4]; }},
+        {"velocity_sigma/x", "", [](P, D d) { return sigma(d.velocity_covariance[9]); }},
+        {"velocity_sigma/y", "", [](P, D d) { return sigma(d.velocity_covariance[12]); }},
+        {"velocity_sigma/yaw", "", [](P, D d) { return sigma(d.velocity_covariance[14]); }},
+        {mode_path, "mode", [](P p, D) { return p.mode; }, true},
+        {"conditions", "conditions", [](P p, D) { return p.conditions; }, true},
+        {"health", "", [](P p, D) { return p.health; }, true},
+        {"reset_count", "reset_count", [](P p, D) { return p.reset_count; }, true},
+        {"jump/x", "", [](P p, D) { return p.jump_x; }},
+        {"jump/y", "", [](P p, D) { return p.jump_y; }},
+        {"jump/yaw", "", [](P p, D) { return p.jump_yaw; }},
+    };
+    for (const auto& [name, value] : daemon::calibrations)
+      fields.push_back(
+          {fmt::format("calibration/{}", name), name, [value](P, D d) { return d.*value; }});
+    fields.push_back(
+        {"beat/wakeup_latency", "", [](P, D d) { return seconds(d.wakeup_latency_ns); }});
+    fields.push_back({"beat/execution", "", [](P, D d) { return seconds(d.execution_ns); }});
+    return fields;
+  }();
+  return all;
+}
 
 constexpr std::string_view pose_columns =
     "t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode,"
@@ -91,7 +85,7 @@ const std::vector<const PoseField*>& fields_after_time() {
   static const auto all = [] {
     std::vector<const PoseField*> found;
     for (const auto name : pose_columns | std::views::split(',') | std::views::drop(1))
-      found.push_back(&*std::ranges::find(fields, std::string_view(name.begin(), name.end()),
+      found.push_back(&*std::ranges::find(all_fields(), std::string_view(name.begin(), name.end()),
                                           &PoseField::column));
     return found;
   }();
@@ -147,7 +141,7 @@ std::string mode_name(std::uint32_t mode) {
 }
 
 std::span<const PoseField> pose_fields() {
-  return fields;
+  return all_fields();
 }
 
 void set_field(nlohmann::ordered_json& object, const PoseField& field, double value) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,16 +33,16 @@ void append_record_row(std::string& out, const daemon::TickRecord& record, std::
 
 /// One number. SI units.
 struct PoseField {
-  std::string_view path;    ///< "map/x": its name in plotting tools
+  std::string path;         ///< "map/x": its name in plotting tools
   std::string_view column;  ///< in a pose file; empty: not in the file
-  double (*value)(const odom_pose& pose, const odom_details& details);
+  std::function<double(const odom_pose& pose, const odom_details& details)> value;
   bool is_count = false;  ///< an integer
 };
 
 [[nodiscard]] std::span<const PoseField> pose_fields();
 
 /// The field `mode`, an odom_mode; a pose file contains its name.
-inline constexpr std::string_view mode_path = "mode";
+inline constexpr const char* mode_path = "mode";
 
 /// Sets the field's member; if its path has two parts, in the group's object. For the mode, also
 /// sets `mode_name`. A number that is not finite becomes null.

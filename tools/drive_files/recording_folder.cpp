@@ -16,8 +16,7 @@
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "estimator/integrity/admission.hpp"
-#include "tools/drive_files/beat_histogram.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/table.hpp"
 

@@ -1,4 +1,3 @@
-#include "tools/evaluation/camera_reference.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,6 @@
 #include "daemon/core/pipeline.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/trajectory.hpp"
-#include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/evaluation.hpp"
 #include "tools/replay/replay_checks.hpp"
 

@@ -13,7 +13,7 @@
 #include "tools/chart/picture.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/evaluation/camera_reference.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
@@ -60,8 +60,7 @@ Part part_of(const Judging& judging, std::int64_t first_ns) {
 }
 
 bool is_steered(const EvaluatedDrive& drive) {
-  constexpr std::size_t steering = estimator::index_of(estimator::Source::steering);
-  return !drive.config || drive.config->can.signals[steering].configured;
+  return !drive.config || is_mapped(*drive.config, estimator::Source::steering);
 }
 
 std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
@@ -196,9 +195,8 @@ EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<st
 
 std::vector<estimator::Model> usual_models(const daemon::Config& config) {
   using estimator::Model;
-  const bool has_gyro =
-      config.can.signals[estimator::index_of(estimator::Source::yaw_rate)].configured;
-  if (!has_gyro) return {Model::kinematic, Model::paper, Model::full};
+  if (!is_mapped(config, estimator::Source::yaw_rate))
+    return {Model::kinematic, Model::paper, Model::full};
   return {Model::kinematic, Model::paper, Model::inertial, Model::full};
 }
 

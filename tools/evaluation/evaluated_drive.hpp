@@ -10,7 +10,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
-#include "tools/drive_files/beat_histogram.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/evaluation_report.hpp"
@@ -28,7 +28,7 @@ struct EvaluatedDrive {
   bool is_part = false;  ///< limited by --from or --to; sample statistics cover the whole drive
   bool loop_is_assumed = false;   ///< without --closed-loop: the end is near the start
   bool begins_elsewhere = false;  ///< the configuration's initial pose belongs to another drive
-  std::optional<BeatHistogram> beat;
+  std::optional<odom_beat> beat;
   std::optional<daemon::Config> config;  ///< of replays
   diagnostics::Diagnostics warnings;
 };
@@ -72,5 +72,20 @@ struct Judging {
 [[nodiscard]] EvaluatedDrive evaluate_folder(const DriveFiles& files,
                                              const std::vector<estimator::Model>& models,
                                              const Judging& judging);
+
+// The main figures of several estimates on several drives: the paper's table.
+
+/// One row per drive and estimate. If several drives have the same estimates, one row per estimate
+/// with the means follows. Leaves out empty columns, and drive names if there is one drive.
+[[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
+
+/// The definition of the metric with this label or this header; empty for other words.
+[[nodiscard]] std::string_view definition_of(std::string_view label);
+
+/// Verdicts on the samples and their innovations: one row per source of the drive.
+[[nodiscard]] Table source_table(const ReplaySummary& summary);
+
+/// Everything as JSON.
+[[nodiscard]] nlohmann::ordered_json summary_json(std::span<const EvaluatedDrive> drives);
 
 }  // namespace odomd::tools

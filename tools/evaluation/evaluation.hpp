@@ -19,7 +19,7 @@ namespace odomd::tools {
 /// What an estimate is compared with.
 enum class Against : std::uint8_t {
   reference,
-  camera,       ///< the camera's next poses: see camera_reference.hpp
+  camera,       ///< the camera's next poses: see drive_evaluation.hpp
   closed_loop,  ///< its own start
   nothing,      ///< the error is not known; innovations only
 };

@@ -11,7 +11,6 @@
 
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/evaluation/camera_reference.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/replay/trajectory_checks.hpp"
 

@@ -4,12 +4,12 @@
 #include <array>
 #include <charconv>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <set>
 #include <string_view>
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -19,10 +19,6 @@ constexpr std::array<std::string_view, 4> against_names{"truth", "camera", "clos
                                                         "nothing"};
 
 constexpr std::array<std::string_view, 3> align_names{"first", "fit", "none"};
-
-double degrees(double radians) {
-  return radians * (180.0 / std::numbers::pi);
-}
 
 // The double nearest to the decimal stamp: nanoseconds since 1970 do not fit a double, and dividing
 // a rounded one may give a neighbour.
@@ -154,11 +150,11 @@ constexpr std::array<Metric, 22> all_metrics{{
      [](E e, E) { return against_reference(e, e.position.max); }},
     {"heading error at the end [deg]", 3,
      "heading minus the reference's heading at the end, including whole turns",
-     [](E e, E) { return if_known(e.against != Against::nothing, degrees(e.heading_end)); }},
+     [](E e, E) { return if_known(e.against != Against::nothing, degrees * e.heading_end); }},
     {"heading error rms [deg]", 3, "root mean square of the heading error",
-     [](E e, E) { return against_reference(e, degrees(e.heading.rms)); }},
+     [](E e, E) { return against_reference(e, degrees * e.heading.rms); }},
     {"heading error max [deg]", 3, "largest magnitude of the heading error",
-     [](E e, E) { return against_reference(e, degrees(e.heading.max)); }},
+     [](E e, E) { return against_reference(e, degrees * e.heading.max); }},
     // For these errors the JSON also has rms and maximum, and further horizons.
     {"35 ms error mean [mm]", 3,
      "error of the displacement over seven ticks of 5 ms, in the body frame: what a controller "
@@ -282,7 +278,7 @@ std::string as_text(const EvaluationReport& report) {
   if (report.frame == Frame::odom) text += "frame      odom (the pose without jumps)\n";
   if (report.lever_arm) {
     text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
-            " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";
+            " m, " + fixed(degrees * report.lever_arm->yaw, 2) + " deg of the reference point";
     text += report.fitted_windows > 0 ? ", fitted to " + std::to_string(report.fitted_windows) +
                                             " displacements over a second\n"
                                       : ", as given\n";

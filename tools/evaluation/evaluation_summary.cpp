@@ -1,4 +1,4 @@
-#include "tools/evaluation/evaluation_summary.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/export/drive_data.hpp"
+#include "tools/export/export.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/replay/virtual_drive.hpp"

@@ -1,4 +1,4 @@
-#include "tools/export/formats.hpp"
+#include "tools/export/export.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tools/export/mcap_writer.hpp"
+#include "tools/export/export.hpp"
 
 #include <zlib.h>
 #include <zstd.h>

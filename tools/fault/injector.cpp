@@ -11,7 +11,7 @@
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/table.hpp"
 
 namespace odomd::fault {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "tools/cli/csv.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/table.hpp"
 #include "tools/import/drive_parts.hpp"
 

@@ -1,4 +1,4 @@
-#include "tools/import/time_column.hpp"
+#include "tools/import/column_map.hpp"
 
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "tools/cli/refuse.hpp"
-#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/inputs.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/init/proposal.hpp"
 
 namespace odomd::tools {

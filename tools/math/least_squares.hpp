@@ -1,5 +1,5 @@
-// Nonlinear least squares (Levenberg and Marquardt) with priors, and with weights that reduce the
-// effect of outliers (Huber, 1964).
+// Solvers: nonlinear least squares (Levenberg and Marquardt) with priors, and with weights that
+// reduce the effect of outliers (Huber, 1964); and bisection.
 #pragma once
 
 #include <Eigen/Core>
@@ -62,5 +62,15 @@ struct LeastSquaresSolution {
 
 /// The inverse of a symmetric matrix whose rows have different units.
 [[nodiscard]] Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& information);
+
+/// The point in [low, high] where the predicate becomes false, by bisection with `halvings` steps.
+template <class Predicate>
+[[nodiscard]] double bisect(double low, double high, int halvings, Predicate&& is_before) {
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (is_before(middle) ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
 
 }  // namespace odomd::tools

@@ -10,7 +10,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/log_order.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 
 namespace odomd::tools {
 namespace {

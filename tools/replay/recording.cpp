@@ -16,7 +16,7 @@
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/drive_files/table.hpp"
 #include "tools/replay/replay_checks.hpp"

@@ -13,7 +13,7 @@
 #include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/drive_files/beat_histogram.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {

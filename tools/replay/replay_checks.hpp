@@ -42,8 +42,6 @@ namespace odomd::tools {
 [[nodiscard]] diagnostics::Diagnostics check_replay(const can::Decoder& decoder,
                                                     const ReplaySummary& summary);
 
-// replay_json.cpp
-
 /// Counts, times, how the samples of each source were judged, and warnings. `seconds`: how long the
 /// replay took.
 [[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,

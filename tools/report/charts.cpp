@@ -19,7 +19,7 @@ namespace {
 
 using chart::Chart;
 
-Chart histogram_of(const BeatBuckets& buckets, const std::string& what) {
+Chart histogram_of(BeatBuckets buckets, const std::string& what) {
   Chart chart;
   chart.title = what;
   chart.height = 400.0;
@@ -37,7 +37,7 @@ Chart histogram_of(const BeatBuckets& buckets, const std::string& what) {
   return chart;
 }
 
-std::string percentiles(const BeatBuckets& buckets, std::int64_t max_ns) {
+std::string percentiles(BeatBuckets buckets, std::int64_t max_ns) {
   return "Median " + fixed(percentile_us(buckets, 0.5, max_ns), 0) + " us, 99 % within " +
          fixed(percentile_us(buckets, 0.99, max_ns), 0) + " us, largest " +
          fixed(static_cast<double>(max_ns) * 1e-3, 0) + " us.";
@@ -129,7 +129,7 @@ Chart time_chart(std::string title, std::string y_label) {
       .title = std::move(title), .x = {.label = "time [s]"}, .y = {.label = std::move(y_label)}};
 }
 
-std::vector<Figure> beat_charts(const BeatHistogram& beat) {
+std::vector<Figure> beat_charts(const odom_beat& beat) {
   std::vector<Figure> charts{{draw(histogram_of(beat.wakeup, "Wake-up latency")),
                               percentiles(beat.wakeup, beat.max_wakeup_ns) + " " +
                                   counted(beat.ticks, "tick") + ", " + std::to_string(beat.missed) +

@@ -11,9 +11,8 @@
 
 #include "tools/chart/picture.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/evaluation/evaluation_summary.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/report/figures.hpp"
-#include "tools/report/verdict.hpp"
 
 namespace odomd::tools::report {
 namespace {

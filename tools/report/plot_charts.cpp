@@ -1,4 +1,3 @@
-#include "tools/report/plot_charts.hpp"
 
 #include <algorithm>
 #include <array>
@@ -237,9 +236,7 @@ LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
     throw std::runtime_error(name + ": no pose was published; check odom status");
   }
   LiveTrack live;
-  if (const auto beat = follower.client().beat(); beat.has_value()) {
-    live.beat = beat_histogram(*beat, name);
-  }
+  if (const auto beat = follower.client().beat(); beat.has_value()) live.beat = *beat;
   std::istringstream rows(text);
   live.track = read_trajectory(rows, name, frame, further);
   return live;

@@ -1,4 +1,4 @@
-#include "tools/report/verdict.hpp"
+#include "tools/report/page.hpp"
 
 #include <fmt/format.h>
 

@@ -13,7 +13,7 @@
 #include "can_protocol/sources/candump.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/table.hpp"
 #include "tools/sim/car/cars.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "tests/gtest.hpp"
 #include "tools/chart/axis.hpp"
-#include "tools/chart/decimate.hpp"
+#include "tools/chart/chart.hpp"
 #include "tools/chart/picture.hpp"
 
 namespace odomd::tools::chart::chart_parts_test {

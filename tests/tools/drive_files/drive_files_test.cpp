@@ -3,7 +3,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/trajectory.hpp"
 

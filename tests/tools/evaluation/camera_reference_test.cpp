@@ -1,12 +1,12 @@
 // A drive's camera poses as its reference, and how well an evaluation with them agrees with the
 // truth.
-#include "tools/evaluation/camera_reference.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 
 #include "tests/diagnostics.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/math/random.hpp"
 

@@ -7,10 +7,9 @@
 #include "tests/tools/drives.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/innovation_file.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/report/figures.hpp"
-#include "tools/report/plot_charts.hpp"
 
 namespace odomd::tools::plot_test {
 namespace {

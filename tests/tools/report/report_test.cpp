@@ -1,6 +1,6 @@
 // odom evaluate of whole drives, and its report.
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/beat_histogram.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 
 namespace odomd::tools::report_test {
 namespace {
@@ -254,7 +254,7 @@ TEST_F(Report, HasTheBeatOfARecording) {
             std::to_string(0.005 * tick + (i == 70 ? 0.002 : 0.00002)) + '\n';
   }
   const auto file = scratch().write("beat.csv", beat);
-  const BeatHistogram histogram = read_beat_log(file);
+  const odom_beat histogram = read_beat_log(file);
   EXPECT_EQ(histogram.ticks, 100U);
   EXPECT_EQ(histogram.missed, 3U);
   EXPECT_EQ(histogram.max_wakeup_ns, 2'000'000);

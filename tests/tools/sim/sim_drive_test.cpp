@@ -7,7 +7,7 @@
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/simulation.hpp"
 

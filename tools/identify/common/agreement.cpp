@@ -13,7 +13,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/drive_files/trajectory.hpp"
-#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/math/median.hpp"
 #include "tools/replay/trajectory_checks.hpp"
 

@@ -120,4 +120,15 @@ void add_delivery(Command method, const Options& options, Identify identify) {
 [[nodiscard]] std::string as_text(const Findings& findings);
 [[nodiscard]] nlohmann::ordered_json as_json(const Findings& findings);
 
+// The methods: each file adds its own subcommand. In the order of use: on the scale, on the cords,
+// at rest, on circles, on a lap.
+void add_mass(Command identify);
+void add_cog(Command identify);
+void add_inertia(Command identify);
+void add_noise(Command identify);
+void add_track(Command identify);
+void add_stiffness(Command identify);
+void add_latency(Command identify);
+void add_fit(Command identify);
+
 }  // namespace odomd::tools

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 

@@ -9,7 +9,6 @@
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/common/measured.hpp"
-#include "tools/identify/common/resampled.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools::fitting {

@@ -15,7 +15,6 @@ namespace odomd::tools::fitting {
 namespace {
 
 using estimator::Source;
-using tools::kind;
 
 /// The drive determines a value if its sigma is below this share of the prior's.
 constexpr double reported_below = 0.5;

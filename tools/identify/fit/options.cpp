@@ -8,8 +8,8 @@
 
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/refuse.hpp"
+#include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/parameters.hpp"
-#include "tools/identify/methods.hpp"
 #include "tools/marker_tracking/options.hpp"
 
 namespace odomd::tools {

@@ -10,7 +10,7 @@
 #include "base/nearest_name.hpp"
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/inputs.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools::fitting {

@@ -14,10 +14,8 @@
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
-#include "tools/identify/common/quantity.hpp"
-#include "tools/identify/common/record.hpp"
+#include "tools/identify/common/inputs.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
-#include "tools/identify/methods.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {

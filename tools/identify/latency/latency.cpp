@@ -7,11 +7,10 @@
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/latency/steering_response.hpp"
-#include "tools/identify/methods.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {

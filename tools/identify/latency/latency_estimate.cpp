@@ -6,7 +6,6 @@
 #include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include "tools/cli/output.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/measured.hpp"
-#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "tools/identify/common/car_model.hpp"
-#include "tools/identify/latency/source_offsets.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "tools/cli/refuse.hpp"
 #include "tools/identify/common/measured.hpp"
-#include "tools/identify/common/search.hpp"
+#include "tools/math/least_squares.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {

@@ -19,7 +19,6 @@ namespace odomd::tools {
 namespace {
 
 using diagnostics::found;
-using tools::kind;
 
 // Beyond these limits the circles and the given data contradict each other.
 constexpr double max_centre_shift = 0.03;     // shift of the centre of gravity / wheelbase

@@ -14,9 +14,8 @@
 #include "tools/cli/refuse.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
-#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/inputs.hpp"
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/methods.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/replay/log_options.hpp"
 

@@ -16,8 +16,6 @@
 namespace odomd::tools {
 namespace {
 
-using tools::kind;
-
 void add_stiffness(const std::string& axle, const AxleStiffness& found, Findings& findings) {
   Finding& finding = findings.add("cornering stiffness, " + axle,
                                   "vehicle.cornering_stiffness_" + axle, found.stiffness, "N/rad",

@@ -10,14 +10,11 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
-#include "tools/identify/common/quantity.hpp"
-#include "tools/identify/methods.hpp"
+#include "tools/identify/common/inputs.hpp"
 #include "tools/identify/weighing/weighing.hpp"
 
 namespace odomd::tools {
 namespace {
-
-using tools::kind;
 
 struct Options {
   std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;

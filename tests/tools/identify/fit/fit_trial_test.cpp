@@ -2,7 +2,7 @@
 #include <set>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/drive_tables.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/trial.hpp"
 

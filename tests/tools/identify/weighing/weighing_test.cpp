@@ -3,7 +3,7 @@
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/finding.hpp"
-#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/inputs.hpp"
 
 namespace odomd::tools::weighing_test {
 namespace {
