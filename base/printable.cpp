@@ -80,6 +80,13 @@ std::string escaped(std::string_view text, LineBreaks line_breaks) {
   return out;
 }
 
+bool is_utf8(std::string_view text) {
+  Character character{.length = 1};
+  for (; !text.empty() && character.length > 0; text.remove_prefix(character.length))
+    character = character_at(text, 0);
+  return text.empty();
+}
+
 std::string shortened(std::string_view text, std::size_t longest) {
   if (text.size() <= longest) return std::string(text);
   return std::string(text.substr(0, begin_of_character(text, longest))) + "…";

@@ -1,4 +1,4 @@
-#include "daemon/check.hpp"
+#include "daemon/run.hpp"
 
 #include <algorithm>
 #include <iterator>

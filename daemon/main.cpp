@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 
 #include "base/printable.hpp"
-#include "daemon/check.hpp"
 #include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "daemon/options.hpp"

@@ -1,5 +1,5 @@
-// Runs the daemon from start to end: opens everything, starts the threads, does the housekeeping,
-// and shuts down.
+// What odomd does with its configuration: runs the daemon from start to end (opens everything,
+// starts the threads, does the housekeeping, and shuts down), or shows what it makes of it.
 #pragma once
 
 #include <span>
@@ -25,5 +25,10 @@ struct RunSettings {
 /// before any other thread is started: it sets up the signals (signals.hpp).
 void run_daemon(const Config& config, std::span<const can::Database> databases,
                 const diagnostics::Diagnostics& warnings, const RunSettings& settings);
+
+/// `odomd --check`: the summary of a configuration that has been checked against its databases.
+/// Throws std::invalid_argument when a source is not usable.
+[[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
+                                  const diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::daemon

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "can_protocol/dbc/text.hpp"
+#include "base/printable.hpp"
 
 namespace odomd::can {
 namespace {

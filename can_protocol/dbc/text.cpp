@@ -1,27 +1,13 @@
 // Character sets of DBC files.
-#include "can_protocol/dbc/text.hpp"
+#include "can_protocol/dbc/lexer.hpp"
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
+
+#include "base/printable.hpp"
 
 namespace odomd::can {
 namespace {
-
-unsigned char byte_at(std::string_view text, std::size_t at) {
-  return static_cast<unsigned char>(text[at]);
-}
-
-/// The length in bytes of the UTF-8 character at `at`; 0 if it is not valid.
-std::size_t utf8_length(std::string_view text, std::size_t at) {
-  const unsigned char lead = byte_at(text, at);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte_at(text, at + i) & 0xC0U) != 0x80U) return 0;
-  return length;
-}
 
 void append_utf8(std::string& out, std::uint32_t code_point) {
   if (code_point < 0x80) {
@@ -44,22 +30,13 @@ constexpr std::array<std::uint16_t, 32> windows_1252{
 
 }  // namespace
 
-bool is_utf8(std::string_view text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = utf8_length(text, at);
-    if (length == 0) return false;
-    at += length;
-  }
-  return true;
-}
-
 std::string to_utf8(std::string_view text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (is_utf8(text)) return std::string(text);
   std::string out;
   out.reserve(text.size() + text.size() / 8);
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const unsigned char byte = byte_at(text, at);
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
     append_utf8(out, byte >= 0x80 && byte < 0xA0 ? windows_1252[byte - 0x80U] : byte);
   }
   return out;

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "daemon/core/pipeline.hpp"
-#include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
+#include "tools/fault/stream_faults.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign {

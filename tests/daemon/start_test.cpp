@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "daemon/check.hpp"
 #include "daemon/core/record.hpp"
 #include "daemon/options.hpp"
+#include "daemon/run.hpp"
 #include "tests/daemon/core/one_wheel.hpp"
 #include "tests/tools/scratch.hpp"
 

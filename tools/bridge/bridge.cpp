@@ -1,6 +1,5 @@
-#include "tools/bridge/options.hpp"
+#include "tools/bridge/bridge.hpp"
 #include "tools/bridge/pose_intake.hpp"
-#include "tools/bridge/sink.hpp"
 
 #include <fmt/format.h>
 
@@ -78,24 +77,15 @@ class Bridge {
   void follow(odom::Client client) {
     constexpr std::chrono::milliseconds timeout{100};
     TickFollower follower{std::move(client)};
-    bool silent = false;
     while (!interrupt_.requested() && !duration_is_over()) {
       const auto status =
           follower.follow(timeout, [&](const odom_pose& pose) { take(follower.client(), pose); });
       counts_ = follower.counts();
       poll_intake({});
-      if (status == ODOM_OK) {
-        silent = false;
-        show_status();
-      } else if (status == ODOM_STALE) {
-        if (!silent) {
-          progress_.end();
-          say("odom bridge: the daemon has stopped publishing; waiting for it");
-        }
-        silent = true;
-      } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
-        throw std::runtime_error(odom_strstatus(status));
-      }
+      if (status == ODOM_OK) show_status();
+      if (!follower.falls_silent(status)) continue;
+      progress_.end();
+      say("odom bridge: the daemon has stopped publishing; waiting for it");
     }
   }
 

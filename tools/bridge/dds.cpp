@@ -12,10 +12,9 @@
 
 #include "base/wall_clock.hpp"
 #include "ros.h"
+#include "tools/bridge/bridge.hpp"
 #include "tools/bridge/odometry.hpp"
-#include "tools/bridge/options.hpp"
 #include "tools/bridge/pose_intake.hpp"
-#include "tools/bridge/sink.hpp"
 #include "tools/cli/csv.hpp"
 
 namespace odomd::tools {

@@ -3,9 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "tools/bridge/options.hpp"
+#include "tools/bridge/bridge.hpp"
 #include "tools/bridge/pose_intake.hpp"
-#include "tools/bridge/sink.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 

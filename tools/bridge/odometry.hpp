@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "estimator/common/estimate.hpp"
-#include "tools/bridge/sink.hpp"
+#include "tools/bridge/bridge.hpp"
 
 namespace odomd::tools {
 
@@ -15,9 +15,6 @@ inline constexpr double unobserved_variance = 1e6;
 
 /// 6x6 by rows, over x, y, z and the rotations about x, y and z.
 using Covariance6 = std::array<double, 36>;
-
-/// The frame of the pose in the message.
-enum class PoseFrame : std::uint8_t { odom, map };
 
 struct Odometry {
   estimator::Pose2 pose;

@@ -1,12 +1,10 @@
-#include "tools/bridge/options.hpp"
+#include "tools/bridge/bridge.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <regex>
 #include <stdexcept>
 
-#include "tools/bridge/sink.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/cli/csv.hpp"
 
@@ -110,13 +108,11 @@ std::uint32_t domain_of(const BridgeOptions& options) {
   const bool named = !options.domain.empty();
   const std::string text = named ? options.domain : environment != nullptr ? environment : "";
   if (text.empty()) return 0;
-  std::uint32_t domain = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stopped, error] = std::from_chars(text.data(), end, domain);
-  if (error != std::errc{} || stopped != end || domain > largest)
+  const auto domain = parse_number<std::uint32_t>(text);
+  if (!domain || *domain > largest)
     throw std::invalid_argument((named ? "--domain " : "$ROS_DOMAIN_ID ") + tools::quoted(text) +
                                 ": not a domain; a number from 0 to 232");
-  return domain;
+  return *domain;
 }
 
 }  // namespace odomd::tools

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/bridge/options.hpp"
-#include "tools/live/camera_feed.hpp"
+#include "tools/bridge/bridge.hpp"
+#include "tools/live/daemon_feeds.hpp"
 
 namespace odomd::tools {
 

@@ -1,11 +1,10 @@
-#include "tools/bridge/options.hpp"
-#include "tools/bridge/sink.hpp"
+#include "tools/bridge/bridge.hpp"
 
 #include <netdb.h>
 #include <sys/socket.h>
 
 #include <cerrno>
-#include <charconv>
+#include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -35,11 +34,8 @@ Address parse_address(const std::string& text) {
     address.host = address.host.substr(1, address.host.size() - 2);
   else if (address.host.find(':') != std::string::npos)
     throw bad();
-  unsigned port = 0;
-  const char* const end = address.port.data() + address.port.size();
-  const auto [stopped, error] = std::from_chars(address.port.data(), end, port);
-  if (error != std::errc{} || stopped != end || port == 0 || port > 65535 || address.host.empty())
-    throw bad();
+  const unsigned port = parse_number<std::uint16_t>(address.port).value_or(0);
+  if (port == 0 || address.host.empty()) throw bad();
   return address;
 }
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <istream>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 namespace odomd::tools {
@@ -184,13 +183,6 @@ void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::st
   }
 }
 
-std::optional<double> parse_number(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   const bool negative = text.starts_with('-');
   if (negative) text.remove_prefix(1);
@@ -200,12 +192,12 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   if (dot < digits.size()) digits.erase(dot, 1);
   if (digits.empty() || digits.find_first_not_of("0123456789") != std::string::npos)
     return std::nullopt;
-  int exponent = 0;
+  std::optional<int> exponent = 0;
   if (letter < text.size()) {
     text.remove_prefix(letter + 1);
     if (text.starts_with('+')) text.remove_prefix(1);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    exponent = parse_number<int>(text);
+    if (!exponent) return std::nullopt;
   }
   const std::size_t zeros = digits.find_first_not_of('0');
   if (zeros == std::string::npos) return 0;
@@ -213,7 +205,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
 
   constexpr std::int64_t nanosecond_digits = 9;
   const std::int64_t count =  // digits of the whole nanoseconds
-      static_cast<std::int64_t>(dot) - static_cast<std::int64_t>(zeros) + exponent +
+      static_cast<std::int64_t>(dot) - static_cast<std::int64_t>(zeros) + *exponent +
       nanosecond_digits;
   if (count < 0) return 0;
   if (count > 19) return std::nullopt;
@@ -235,6 +227,12 @@ void append_number(std::string& out, double value, int decimals) {
           : std::to_chars(text.data(), limit, value, std::chars_format::fixed, decimals);
   if (error != std::errc{}) throw std::runtime_error("a number has too many digits for a file");
   out.append(text.data(), end);
+}
+
+std::string toml_number(double value) {
+  std::string text;
+  append_number(text, value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
 void append_seconds(std::string& out, std::int64_t time_ns) {

@@ -17,6 +17,16 @@
 
 namespace odomd::tools {
 
+/// The number that the whole text represents, also an infinite one or NaN; nothing if it does not
+/// fit into the type.
+template <typename T = double>
+[[nodiscard]] std::optional<T> parse_number(std::string_view text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value)
+                                                                  : std::nullopt;
+}
+
 /// How to treat a last line without a newline, as left by a recorder that lost power.
 enum class LastLine : std::uint8_t {
   drop_unended,  ///< it may have lost digits: leave it out, with a warning
@@ -54,12 +64,9 @@ class CsvReader {
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
   template <std::integral T>
   [[nodiscard]] T count(std::size_t column) const {
-    const std::string_view field = text(column);
-    T value = 0;
-    const auto [end, error] = std::from_chars(field.begin(), field.end(), value);
-    if (error != std::errc{} || end != field.end())
-      fail(column, quoted(field) + " is not a count; correct or remove the line");
-    return value;
+    const auto value = parse_number<T>(text(column));
+    if (!value) fail(column, quoted(text(column)) + " is not a count; correct or remove the line");
+    return *value;
   }
   [[nodiscard]] std::size_t word(std::size_t column, std::span<const std::string_view> words,
                                  std::string_view otherwise) const;
@@ -95,9 +102,6 @@ class CsvReader {
 /// quotes are also removed from `line`.
 void split_cells(std::string& line, const CsvLayout& layout, std::vector<std::string_view>& cells);
 
-/// The number that the whole text represents, also an infinite one or NaN.
-[[nodiscard]] std::optional<double> parse_number(std::string_view text);
-
 /// Converts decimal seconds to nanoseconds in integer arithmetic, never through a double; digits
 /// beyond the ninth decimal are rounded. Nothing if the text is not a number or does not fit.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);
@@ -106,6 +110,9 @@ inline constexpr int all_digits = -1;
 /// Appends `value` with this number of decimals, or in the shortest form that reads back to the
 /// same bits. Throws std::runtime_error for a number that is too long.
 void append_number(std::string& out, double value, int decimals = all_digits);
+
+/// The shortest form as a float of TOML: always with a decimal point or an exponent.
+[[nodiscard]] std::string toml_number(double value);
 
 /// Seconds with nine decimals.
 void append_seconds(std::string& out, std::int64_t time_ns);

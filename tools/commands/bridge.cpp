@@ -1,7 +1,6 @@
 // odom bridge: exchanges poses with other programs. Sends JSON over UDP itself; ROS 2 topics are
 // left to the program odom-bridge, the only one linked with DDS.
-#include "tools/bridge/options.hpp"
-#include "tools/bridge/sink.hpp"
+#include "tools/bridge/bridge.hpp"
 #include "tools/commands/commands.hpp"
 
 namespace odomd::tools {

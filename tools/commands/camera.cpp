@@ -4,7 +4,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/drive_tables.hpp"
-#include "tools/live/camera_feed.hpp"
+#include "tools/live/daemon_feeds.hpp"
 #include "tools/live/daemon_link.hpp"
 
 namespace odomd::tools {

@@ -8,6 +8,7 @@
 #include "can_protocol/dbc/signal_layout.hpp"
 #include "can_protocol/frame.hpp"
 #include "can_protocol/sources/log_reader.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/replay/log_options.hpp"
 
@@ -115,12 +116,11 @@ std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& 
   return decoded;
 }
 
-/// Seconds with 6 decimals, or 9 if the stamp has them; integer arithmetic only.
+/// Seconds with 6 decimals, or 9 if the stamp has them.
 std::string stamp_text(std::int64_t time_ns) {
-  const std::int64_t seconds = time_ns / 1'000'000'000;
-  const std::int64_t rest = time_ns % 1'000'000'000;
-  return rest % 1000 == 0 ? fmt::format("{}.{:06}", seconds, rest / 1000)
-                          : fmt::format("{}.{:09}", seconds, rest);
+  std::string text;
+  append_seconds(text, time_ns);
+  return text.ends_with("000") ? text.substr(0, text.size() - 3) : text;
 }
 
 std::string json_line(const Frame& frame, const std::string& bus, const Message& message) {

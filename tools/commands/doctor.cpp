@@ -1,11 +1,9 @@
 // odom doctor: finds faults of the machine, the daemon, the buses or a drive, and how to fix them.
+#include "tools/doctor/doctor.hpp"
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
-#include "tools/doctor/bus.hpp"
-#include "tools/doctor/drive.hpp"
-#include "tools/doctor/machine.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/status_value.hpp"
 #include "tools/replay/log_options.hpp"
@@ -152,10 +150,10 @@ void examine_here(const Options& options, Examination& examination) {
 }
 
 void examine_buses(const Options& options, Examination& examination) {
-  daemon::Config config = daemon::load_config(options.config);
-  Diagnostics ignored;  // examine_drive() reports them
-  const can::FrameProtocol protocol =
-      doctor::needed_protocol(config, daemon::load_databases(config, ignored));
+  Drive heard;
+  heard.config = daemon::load_config(options.config);
+  heard.databases = daemon::load_databases(heard.config, heard.warnings);
+  const auto protocol = doctor::needed_protocol(heard.config, heard.databases);
   bool up = true;
   std::vector<doctor::Link> links;
   for (const std::string& bus : options.interfaces) {
@@ -165,8 +163,7 @@ void examine_buses(const Options& options, Examination& examination) {
     links.push_back(link.value_or(doctor::Link{}));
   }
   if (!up) return;  // no frame would come
-  const Drive heard =
-      doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
+  doctor::listen(heard, options.interfaces, std::chrono::seconds{options.listen_s});
   for (std::size_t i = 0; i < links.size(); ++i)
     append(examination.parts.at(i).diagnostics,
            doctor::examine_acknowledgement(options.interfaces.at(i), links[i], heard));

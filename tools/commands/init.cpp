@@ -53,25 +53,24 @@ void add_init(Command odom) {
   command.add_flag("--json", options->json, "Print the proposal as JSON");
   const Command car = command.group(
       "The car; mass and wheelbase are required, the others only if a proposed signal needs them");
-  const auto number = [&](const std::string& name, std::string& value, const std::string& type,
-                          const std::string& help) { car.add(name, type, value, help); };
   CarTexts& texts = options->init.car;
-  number("--mass", texts.mass, "KG", "Mass of the car as it drives; units: kg, g");
-  number("--wheelbase", texts.wheelbase, "M", "Distance from front to rear axle; units: m, cm, mm");
-  number("--front-axle", texts.front_axle, "M",
-         "Distance from the centre of gravity to the front axle; default: half the wheelbase");
-  number("--track", texts.track, "M",
-         "Distance from left to right wheels; default: determined from wheels and gyro, if both "
-         "exist");
-  number("--wheel-radius", texts.wheel_radius, "M",
-         "Rolling radius of the wheels, for wheels and motors that report turns");
-  number("--steering-ratio", texts.steering_ratio, "R",
-         "Steering-wheel angle / front-wheel angle; default: determined from the turns");
-  number("--full-lock", texts.full_lock, "RAD",
-         "Front-wheel angle at a steering command of 1; default: determined from the turns");
-  number("--gear-ratio", texts.gear_ratio, "R", "Motor turns per wheel turn");
-  number("--pole-pairs", texts.pole_pairs, "N",
-         "Pole pairs of a motor that reports electrical turns");
+  car.add("--mass", "KG", texts.mass, "Mass of the car as it drives; units: kg, g");
+  car.add("--wheelbase", "M", texts.wheelbase,
+          "Distance from front to rear axle; units: m, cm, mm");
+  car.add("--front-axle", "M", texts.front_axle,
+          "Distance from the centre of gravity to the front axle; default: half the wheelbase");
+  car.add("--track", "M", texts.track,
+          "Distance from left to right wheels; default: determined from wheels and gyro, if both "
+          "exist");
+  car.add("--wheel-radius", "M", texts.wheel_radius,
+          "Rolling radius of the wheels, for wheels and motors that report turns");
+  car.add("--steering-ratio", "R", texts.steering_ratio,
+          "Steering-wheel angle / front-wheel angle; default: determined from the turns");
+  car.add("--full-lock", "RAD", texts.full_lock,
+          "Front-wheel angle at a steering command of 1; default: determined from the turns");
+  car.add("--gear-ratio", "R", texts.gear_ratio, "Motor turns per wheel turn");
+  car.add("--pole-pairs", "N", texts.pole_pairs,
+          "Pole pairs of a motor that reports electrical turns");
   add_strict(command, options->init.damage);
   command.footer(
       "Examples:\n"

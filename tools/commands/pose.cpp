@@ -122,19 +122,12 @@ void follow(const Options& options, odom::Client client) {
   };
   Interrupt interrupt;
   const auto start = steady_clock::now();
-  bool silent = false;
   // Each batch is flushed for a reader that follows.
   while (std::cout << std::exchange(text, {}) << std::flush && !interrupt.requested()) {
     const auto status = follower.follow(timeout, take);
-    if (status == ODOM_OK) {
-      silent = false;
-    } else if (status == ODOM_STALE) {
-      if (options.until_stale) break;
-      if (!silent) std::cerr << "odom pose: the daemon has stopped publishing; waiting for it\n";
-      silent = true;
-    } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
-      throw std::runtime_error(odom_strstatus(status));
-    }
+    if (status == ODOM_STALE && options.until_stale) break;
+    if (follower.falls_silent(status))
+      std::cerr << "odom pose: the daemon has stopped publishing; waiting for it\n";
   }
   std::cout << text;
   if (rows == 0 && untimed > 0) throw std::runtime_error(no_log);

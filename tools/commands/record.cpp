@@ -7,8 +7,8 @@
 
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
+#include "tools/live/daemon_feeds.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/recording_feed.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/live.hpp"
 #include "tools/sim/simulation.hpp"

@@ -1,6 +1,6 @@
 // odom sim swing, odom sim weighing: experiments with a simulated car.
 #include "tools/commands/commands.hpp"
-#include "tools/sim/experiments.hpp"
+#include "tools/sim/drive_folder.hpp"
 
 namespace odomd::tools {
 namespace {

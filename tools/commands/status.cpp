@@ -3,7 +3,7 @@
 
 #include "tools/commands/commands.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/status_text.hpp"
+#include "tools/live/status_value.hpp"
 #include "tools/live/watch/page.hpp"
 
 namespace odomd::tools {

@@ -14,20 +14,11 @@
 #include "daemon/core/config_keys.hpp"
 #include "daemon/core/config_toml.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/config_patch/toml_lines.hpp"
 
 namespace odomd::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The shortest form that reads back to the same bits, always with a decimal point or exponent.
-std::string number_text(double value) {
-  std::string text;
-  append_number(text, value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
 
 /// The default value of a missing list, which is then written completely; empty if the key is not a
 /// list.
@@ -114,7 +105,7 @@ class Patch {
     if (!node.is_number()) fail("is not a number; correct it", &node);
     const std::size_t begin = offset(node.source().begin);
     const std::size_t width = offset(node.source().end) - begin;
-    const std::string number = number_text(value_.value);
+    const std::string number = toml_number(value_.value);
     // Comments of neighbouring lines are often aligned: keep that.
     if (const TomlLine line = toml_line(text_, begin); line.comment < line.end) {
       std::size_t blanks = line.comment;
@@ -142,10 +133,10 @@ class Patch {
   void add() {
     const toml::table& table = *tables_.back();
     const auto missing = names_.begin() + std::ssize(tables_) - 1, last = names_.end() - 1;
-    std::string entry = number_text(value_.value);
+    std::string entry = toml_number(value_.value);
     if (element_) {
       std::vector<std::string> numbers;
-      for (const double number : list_with_value()) numbers.push_back(number_text(number));
+      for (const double number : list_with_value()) numbers.push_back(toml_number(number));
       entry = fmt::format("[{}]", fmt::join(numbers, ", "));
     }
     entry = fmt::format("{} = {}", fmt::join(table.is_inline() ? missing : last, names_.end(), "."),
@@ -216,7 +207,7 @@ class Patch {
     } catch (const toml::parse_error&) {  // invalid TOML is refused as well
     }
     fail(fmt::format("cannot be inserted into this text; write {} there by hand",
-                     number_text(value_.value)));
+                     toml_number(value_.value)));
   }
 
   std::string& text_;

@@ -1,4 +1,4 @@
-#include "tools/config_patch/toml_lines.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 #include <fmt/format.h>
 

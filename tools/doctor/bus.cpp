@@ -1,4 +1,4 @@
-#include "tools/doctor/bus.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -118,19 +118,15 @@ Diagnostics examine_link(const std::string& interface, const std::optional<Link>
   return all;
 }
 
-Drive listen(const std::filesystem::path& config, const std::vector<std::string>& interfaces,
-             std::chrono::seconds duration) {
-  Drive drive;
+void listen(Drive& drive, const std::vector<std::string>& interfaces,
+            std::chrono::seconds duration) {
   drive.name = fmt::format("{}", fmt::join(interfaces, ", "));
   drive.folder = drive.name;
-  drive.config = daemon::load_config(config);
-  drive.databases = daemon::load_databases(drive.config, drive.warnings);
   drive.config.can.sources = interfaces;
   can::BusNames buses;
   for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
   drive.frames = tools::listen(interfaces, buses, drive.config.can.receive_buffer, duration);
   drive.buses = buses.all();
-  return drive;
 }
 
 std::vector<Identifier> identifiers_of(const Drive& drive) {

@@ -1,4 +1,4 @@
-#include "tools/doctor/drive.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "tools/diagnostics/kinds.hpp"
-#include "tools/doctor/bus.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"

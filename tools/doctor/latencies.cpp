@@ -1,4 +1,4 @@
-#include "tools/doctor/drive.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

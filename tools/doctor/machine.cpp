@@ -1,5 +1,5 @@
-#include "tools/doctor/machine.hpp"
 #include "tools/diagnostics/kinds.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include <fmt/format.h>
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "tools/doctor/machine.hpp"
+#include "tools/doctor/doctor.hpp"
 
 namespace odomd::tools::doctor {
 namespace {

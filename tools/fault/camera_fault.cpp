@@ -1,4 +1,4 @@
-#include "tools/fault/camera_fault.hpp"
+#include "tools/fault/stream_faults.hpp"
 
 #include <cmath>
 #include <numbers>

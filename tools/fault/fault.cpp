@@ -94,14 +94,6 @@ std::vector<std::string_view> names_of(Sources sources) {
   return names;
 }
 
-std::span<const PartInfo> parts() noexcept {
-  return part_table;
-}
-
-std::span<const ActInfo> acts() noexcept {
-  return act_table;
-}
-
 const PartInfo& info(Part part) noexcept {
   return part_table[static_cast<std::size_t>(part)];
 }
@@ -190,11 +182,11 @@ Fault parse_fault(std::string_view text) {
 std::string kinds_text() {
   std::string text =
       "A kind of fault is PART.WAY, such as gyro.frozen.\n\nParts and their ways to fail:\n";
-  for (const PartInfo& part : parts()) {
+  for (const PartInfo& part : part_table) {
     text += fmt::format("  {}: {}\n{}", part.name, part.what, ways_of(part.part));
   }
   text += "\nWays to fail, with the default size:\n";
-  for (const ActInfo& act : acts()) {
+  for (const ActInfo& act : act_table) {
     const std::string sizes = sizes_of(act.act);
     text +=
         fmt::format("  {:<19} {}{}\n", act.name, act.what, sizes.empty() ? "" : " (" + sizes + ")");

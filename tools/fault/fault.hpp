@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,7 +45,6 @@ struct PartInfo {
   Groups groups;
   FaultSizes quantity;  ///< empty for parts that have none or several
 };
-[[nodiscard]] std::span<const PartInfo> parts() noexcept;
 
 enum class Act : std::uint8_t {
 #define ODOMD_ACT(name, ...) name,
@@ -67,7 +65,6 @@ struct ActInfo {
   Groups groups;        ///< parts of these groups can fail in this way
   Magnitude magnitude;  ///< empty if it depends on the part, too: default_magnitude()
 };
-[[nodiscard]] std::span<const ActInfo> acts() noexcept;
 
 struct FaultKind {
   Part part = Part::gyro;

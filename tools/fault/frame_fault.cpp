@@ -1,4 +1,4 @@
-#include "tools/fault/frame_fault.hpp"
+#include "tools/fault/stream_faults.hpp"
 
 #include <algorithm>
 #include <array>

@@ -19,8 +19,7 @@
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/output.hpp"
-#include "tools/fault/camera_fault.hpp"
-#include "tools/fault/frame_fault.hpp"
+#include "tools/fault/stream_faults.hpp"
 
 namespace odomd::fault {
 

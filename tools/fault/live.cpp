@@ -17,15 +17,6 @@ namespace {
 constexpr std::int64_t maintenance_period_ns = 200'000'000;
 constexpr int max_messages = 64;  // per camera and call
 
-std::vector<std::string> buses_with(const std::string& interface, const daemon::Config& config,
-                                    can::BusNames& buses) {
-  for (const std::string& bus : daemon::expected_buses(config)) buses.index_of(bus);
-  if (!buses.index_of(interface))
-    throw std::invalid_argument(interface +
-                                ": too many buses together with those of [can.signals]");
-  return buses.all();
-}
-
 std::unique_ptr<can::SocketCanSource> open_interface(const std::string& name, std::uint8_t bus) {
   if (::if_nametoindex(name.c_str()) == 0)
     throw std::invalid_argument(name +
@@ -45,9 +36,12 @@ BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon:
                   : to),
       arrived_(can::max_frames_per_drain) {
   can::BusNames buses;
-  const std::vector<std::string> names = buses_with(from, config, buses);
-  source_ = open_interface(from, buses.index_of(from).value_or(0));
-  injector_.emplace(config, databases, names, faults);
+  for (const std::string& name : daemon::expected_buses(config)) buses.index_of(name);
+  const auto bus = buses.index_of(from);
+  if (!bus)
+    throw std::invalid_argument(from + ": too many buses together with those of [can.signals]");
+  source_ = open_interface(from, *bus);
+  injector_.emplace(config, databases, buses.all(), faults);
   injector_->start(start_ns);
 }
 

@@ -15,9 +15,9 @@
 #include "can_protocol/sources/socketcan.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/sockets/local_socket.hpp"
-#include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/live/camera_feed.hpp"
+#include "tools/fault/stream_faults.hpp"
+#include "tools/live/daemon_feeds.hpp"
 #include "tools/sim/live.hpp"
 
 namespace odomd::fault {

@@ -14,7 +14,7 @@
 #include "daemon/core/config_sections.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/config_patch/toml_lines.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/import/drive_parts.hpp"
 #include "tools/init/init.hpp"
 

@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "base/nearest_name.hpp"
-#include "can_protocol/dbc/text.hpp"
+#include "can_protocol/dbc/lexer.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"

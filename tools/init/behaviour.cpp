@@ -13,7 +13,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/init/drive_course.hpp"
 #include "tools/init/proposal.hpp"
 
 namespace odomd::tools {

@@ -10,7 +10,6 @@
 
 #include "can_protocol/decode/units.hpp"
 #include "tools/cli/refuse.hpp"
-#include "tools/init/drive_course.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -3,20 +3,59 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/units.hpp"
+#include "can_protocol/frame.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/car_model.hpp"
 #include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/init/roles.hpp"
-#include "tools/init/traffic.hpp"
 
 namespace odomd::tools {
+
+/// The frames of a drive, and the names of their buses.
+struct Traffic {
+  std::string name;  ///< "drive.log", "can0"
+  std::vector<can::Frame> frames;
+  std::vector<std::string> buses;
+  std::vector<std::string> warnings;  ///< about the logs
+
+  [[nodiscard]] bool empty() const { return frames.empty(); }
+};
+
+/// All frames of logs, merged by stamp. Throws like can::MergedLog: file, line, fix.
+[[nodiscard]] Traffic read_logs(std::span<const std::string> logs, can::Damage damage);
+
+/// Listens to an interface for this time [s], or until INT. Throws std::invalid_argument if no
+/// frame arrived.
+[[nodiscard]] Traffic listen(const std::string& interface, double seconds);
+
+/// How often a message is sent, and on which buses.
+struct Rhythm {
+  double cycle = 0.0;              ///< median time between frames [s]
+  double longest = 0.0;            ///< 99.9 % of these times are shorter [s]
+  std::vector<std::string> buses;  ///< the buses that carry it, the busiest first
+};
+
+/// The rhythms of those messages of the databases that arrived, by can::frame_key.
+[[nodiscard]] std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
+                                                      std::span<const can::Database> databases);
+
+/// The valid values of a candidate in SI units, as the daemon decodes them, with fraction and sign.
+/// Settles the conditions of the candidate.
+[[nodiscard]] Series series_of(const Traffic& traffic, std::span<const can::Database> databases,
+                               Candidate& candidate);
 
 struct Choice {
   Candidate candidate;
@@ -114,5 +153,39 @@ void require_frames(int vesc, const Traffic& traffic);
 
 /// Adds warnings about the VESC to the proposal. A gear ratio that is not given is 1.
 void settle_motor(Proposal& proposal, int vesc, Car& car);
+
+// The proposed signals of a drive where the car moves, and those parts of check_behaviour() that
+// have their own files.
+
+/// Several signals on one grid over the time that all of them cover, as means over half a second,
+/// so that latencies below that hardly matter. Empty if all cover less than half a second
+/// in common.
+[[nodiscard]] std::vector<Resampled> on_one_grid(const std::vector<const Series*>& signals);
+
+/// All signals at the same times, without those at which the car is at rest or creeps.
+struct DriveCourse {
+  explicit DriveCourse(const Proposal& proposal);
+
+  [[nodiscard]] const Eigen::ArrayXd& of(estimator::Source role) const {
+    return signals.at(estimator::index_of(role));
+  }
+  [[nodiscard]] bool has(estimator::Source role) const { return of(role).size() > 0; }
+  /// Whether the car drives for three seconds.
+  [[nodiscard]] bool has_motion() const { return speed.size() >= 60; }
+
+  std::array<Eigen::ArrayXd, estimator::source_count> signals;  ///< empty: no such signal
+  Eigen::ArrayXd speed, acceleration;  ///< the wheels' mean [m/s], and its rate of change [m/s²]
+};
+
+/// Sets the unit of a steering signal to none if its database gives no unit and it stays within ±1:
+/// it is a command, or in radians.
+void detect_command(Proposal& proposal);
+
+/// Determines whether the steering angle is that of the front wheels or of the steering wheel and,
+/// if the wheelbase is known, their ratio. Sets the scale of the role, with a reason or a warning.
+void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Car& car);
+
+/// Sets the sigmas that the log shows, and the offset of a gyro that was at rest.
+void set_noise(Proposal& proposal);
 
 }  // namespace odomd::tools

@@ -1,7 +1,7 @@
 // In a steady turn δ = l ψ̇ / v + K v ψ̇, with the understeer gradient K. The measured angle is the
 // ratio times δ plus an offset. Least squares over the whole drive determine ratio, K and offset,
 // with a typical K as the prior.
-#include "tools/init/drive_course.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -12,7 +12,6 @@
 
 #include "can_protocol/decode/units.hpp"
 #include "tools/identify/common/measured.hpp"
-#include "tools/init/proposal.hpp"
 #include "tools/init/words.hpp"
 
 namespace odomd::tools {

@@ -1,4 +1,4 @@
-#include "tools/init/traffic.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 
 #include "can_protocol/decode/units.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/config_patch/toml_lines.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/init/proposal.hpp"
 
 namespace odomd::tools {

@@ -1,4 +1,4 @@
-#include "tools/live/status_text.hpp"
+#include "tools/live/status_value.hpp"
 
 #include <algorithm>
 #include <array>
@@ -221,10 +221,12 @@ Lines camera(const StatusValue& camera) {
 Line controller_line(const StatusValue& controller) {
   const std::string state = controller["state"].text();
   const bool noisy = state == "error_warning" || state == "sleeping";
+  std::string shown = state;
+  std::ranges::replace(shown, '_', '-');
   Line line{{"  controller ", Style::dim},
-            {hyphenated(state), state == "error_active" ? Style::good
-                                : noisy                 ? Style::warning
-                                                        : Style::bad}};
+            {shown, state == "error_active" ? Style::good
+                    : noisy                 ? Style::warning
+                                            : Style::bad}};
   std::string rest;
   for (const StatusValue& mode : controller["modes"].elements()) rest += ", " + mode.text();
   rest +=

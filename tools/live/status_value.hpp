@@ -1,22 +1,23 @@
-// Values of the daemon's status document in words, and rates between two documents.
+// The daemon's status document: values in words, with rates between two documents; sections of text
+// for people; and metrics for programs.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "tools/live/line.hpp"
 #include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 
 using Json = nlohmann::json;
-
-/// "error-passive" for "error_passive".
-[[nodiscard]] std::string hyphenated(std::string name);
 
 /// A value of a status document, or nothing if the daemon does not report it; and the same value of
 /// an earlier document. Refers to the documents. Nothing is "-" in words. All functions throw a
@@ -74,5 +75,17 @@ class StatusValue {
 
 /// From a source's `innovations`: the mean of νᵀS⁻¹ν / its expectation, "1.02".
 [[nodiscard]] std::string nis_by_expectation(const StatusValue& source);
+
+/// "── pose ── note ──────", as wide as the page.
+[[nodiscard]] Line title(std::string_view name, std::string_view note, std::size_t columns);
+
+/// Sources, beat, calibrations, camera, buses, messages and noise, each with its title; those
+/// without content are absent. Missing members are shown as "-". Throws a
+/// nlohmann::json::exception if a member has the wrong type.
+[[nodiscard]] Lines status_sections(const StatusValue& status, std::size_t columns);
+
+/// OpenMetrics, restricted to the types of Prometheus' older text format, so that node_exporter can
+/// collect the text from a file. Empty status: nobody answers. Throws like status_sections().
+[[nodiscard]] std::string open_metrics(const std::optional<Json>& status);
 
 }  // namespace odomd::tools

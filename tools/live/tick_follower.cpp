@@ -1,5 +1,6 @@
 #include "tools/live/tick_follower.hpp"
 
+#include <stdexcept>
 #include <utility>
 
 namespace odomd::tools {
@@ -31,6 +32,12 @@ odom_status TickFollower::follow(std::chrono::nanoseconds timeout,
   ++counts_.ticks;
   take(*pose);
   return ODOM_OK;
+}
+
+bool TickFollower::falls_silent(odom_status status) {
+  if (status == ODOM_TIMEOUT || status == ODOM_NO_POSE || status == ODOM_BUSY) return false;
+  if (status != ODOM_OK && status != ODOM_STALE) throw std::runtime_error(odom_strstatus(status));
+  return !std::exchange(silent_, status == ODOM_STALE) && silent_;
 }
 
 // Ticks [first, newest): tick k is valid (newest - k) periods before the newest. For a tick that

@@ -29,6 +29,9 @@ class TickFollower {
   odom_status follow(std::chrono::nanoseconds timeout,
                      const std::function<void(const odom_pose&)>& take);
 
+  /// Whether the daemon has stopped publishing since the last call, from the result of follow().
+  /// Throws std::runtime_error if no daemon can be followed any more.
+  [[nodiscard]] bool falls_silent(odom_status status);
   [[nodiscard]] const FollowCounts& counts() const { return counts_; }
   [[nodiscard]] odom::Client& client() { return client_; }
 
@@ -40,6 +43,7 @@ class TickFollower {
   FollowCounts counts_;
   std::optional<odom_pose> last_;
   std::uint64_t instance_ = 0;
+  bool silent_ = false;
 };
 
 }  // namespace odomd::tools

@@ -1,12 +1,15 @@
-// Reads a film frame by frame, each with its time.
+// Reads a film frame by frame, each with its time, and tracks the markers of a car through it.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
-#include <optional>
-#include <string>
 
 #include "tools/marker_tracking/options.hpp"
 
@@ -42,5 +45,16 @@ class FilmReader {
 /// Opens a video for writing frame by frame. Throws std::invalid_argument if that fails.
 [[nodiscard]] cv::VideoWriter open_video(const std::filesystem::path& file, double rate,
                                          cv::Size picture);
+
+struct TrackSummary {
+  std::int64_t frames = 0;
+  std::int64_t front = 0, rear = 0;  ///< frames in which the marker was found
+  std::int64_t longest_gap = 0;      ///< most successive frames that lack a marker
+  std::vector<std::string> notes;    ///< for people, one line each
+};
+
+/// Writes the track as CSV. Throws std::invalid_argument for unusable input, also for a film in
+/// which a marker is never found.
+[[nodiscard]] TrackSummary track_film(const TrackOptions& options, std::ostream& track);
 
 }  // namespace odomd::tools

@@ -10,9 +10,9 @@
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"
 #include "tools/marker_tracking/options.hpp"
-#include "tools/marker_tracking/track_film.hpp"
 #include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {

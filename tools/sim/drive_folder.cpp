@@ -15,20 +15,13 @@
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/table.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {
 namespace {
 
 using enum Parameter;
-
-std::string number(double value) {
-  std::string text;
-  tools::append_number(text, value);
-  // A TOML float needs a point or an exponent.
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
+using tools::toml_number;
 
 // A wheel's speed is a mean over the previous cycle, so it is half a cycle old.
 struct Quality {
@@ -105,15 +98,16 @@ position = [{}, {}]
 [initial]
 pose = [{:.9g}, {:.9g}, {:.9g}]
 )",
-      made_for(plan), number(car.mass), number(car.front_axle), number(car.rear_axle),
-      number(car.yaw_inertia), number(car.cornering_stiffness_front),
-      number(car.cornering_stiffness_rear), number(car.track_width),
+      made_for(plan), toml_number(car.mass), toml_number(car.front_axle),
+      toml_number(car.rear_axle), toml_number(car.yaw_inertia),
+      toml_number(car.cornering_stiffness_front), toml_number(car.cornering_stiffness_rear),
+      toml_number(car.track_width),
       car.driven == estimator::Driven::front ? "driven = \"front\"\n" : "",
       tools::json_text(wiring.can), bus_protection_text(), signals,
       socket.empty() ? "" : fmt::format("socket = {}\n", tools::json_text(socket)),
-      number(plan.truth[camera_x]), number(plan.truth[camera_y]), number(plan.truth[camera_yaw]),
-      number(plan.truth[imu_x]), number(plan.truth[imu_y]), plan.start.x, plan.start.y,
-      plan.start.heading);
+      toml_number(plan.truth[camera_x]), toml_number(plan.truth[camera_y]),
+      toml_number(plan.truth[camera_yaw]), toml_number(plan.truth[imu_x]),
+      toml_number(plan.truth[imu_y]), plan.start.x, plan.start.y, plan.start.heading);
 }
 
 nlohmann::ordered_json describe(const RunPlan& plan) {

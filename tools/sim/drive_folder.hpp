@@ -1,7 +1,9 @@
 // The folder of a simulated drive: drive.log, camera.csv, truth.csv, car.toml (the matching
 // configuration), car.dbc, plant.json (the drawn truth), and on request the film's markers.csv.
+// Also that of an experiment with a stationary car.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -58,5 +60,23 @@ class DriveWriter {
   std::ofstream log_, camera_, truth_, film_;
   std::string text_;
 };
+
+// Experiments with a stationary car, for identification (experiments.cpp). Each writes plant.json
+// (the truth) and measured.json (a person's measurements). The car is that of a drive with the 1:10
+// car and the same seed.
+
+struct ExperimentOptions {
+  std::filesystem::path folder;
+  Existing existing = Existing::keep;
+  std::uint64_t seed = 1;
+  double duration = 180.0;  ///< of a swing [s]
+};
+
+/// The car on two cords: drive.log with its gyro, truth.csv, car.toml, car.dbc; measured.json has
+/// lengths, amplitudes and stop-watch timings. Returns the measurements.
+nlohmann::ordered_json simulate_swing(const ExperimentOptions& options);
+
+/// The car on a kitchen scale, each time on another slight slope: measured.json has the weighings.
+nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options);
 
 }  // namespace odomd::sim

@@ -1,4 +1,4 @@
-#include "tools/sim/experiments.hpp"
+#include "tools/sim/drive_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "tools/cli/files.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 #include "tools/sim/car/swing.hpp"
 #include "tools/sim/car_bus.hpp"
-#include "tools/sim/drive_folder.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -52,11 +51,6 @@ void write_json(const std::filesystem::path& file, const Json& json) {
   tools::write_whole(file, json.dump(2) + '\n');
 }
 
-/// The car of a drive with this seed.
-RunPlan plan_of(const ExperimentOptions& options) {
-  return make_plan({.seed = options.seed});
-}
-
 /// plant.json: the car's part of a drive's plant.json, and the truth of the experiment.
 void write_truth(const ExperimentOptions& options, const RunPlan& plan, const char* experiment,
                  const Json& truth) {
@@ -92,7 +86,7 @@ void time_swings(Json& result, const std::vector<double>& passages, double sigma
 nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   if (!(options.duration >= 20.0 && options.duration <= 3600.0))
     throw std::invalid_argument("--duration: a swing takes 20 to 3600 s");
-  const RunPlan plan = plan_of(options);
+  const RunPlan plan = make_plan({.seed = options.seed});
   RandomStream draw(options.seed, "the swing");
   SwingParameters rig;
   rig.mass = plan.car.mass;
@@ -176,7 +170,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
 }
 
 nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
-  const RunPlan plan = plan_of(options);
+  const RunPlan plan = make_plan({.seed = options.seed});
   RandomStream draw(options.seed, "the weighing");
   const double mass = plan.car.mass;
   const double wheelbase = plan.car.front_axle + plan.car.rear_axle;

@@ -20,7 +20,7 @@
 #include "base/wall_clock.hpp"
 #include "can_protocol/sources/candump.hpp"
 #include "tools/cli/output.hpp"
-#include "tools/live/camera_feed.hpp"
+#include "tools/live/daemon_feeds.hpp"
 
 namespace odomd::sim {
 namespace {

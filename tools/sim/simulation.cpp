@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -13,9 +13,8 @@
 #include "tools/sim/car/plant.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/course/driver.hpp"
-#include "tools/sim/course/scenario.hpp"
 #include "tools/sim/course/track.hpp"
-#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
 

@@ -6,7 +6,7 @@
 #include "base/file_descriptor.hpp"
 #include "tests/tools/bridge/network.hpp"
 #include "tests/tools/on_a_terminal.hpp"
-#include "tools/bridge/sink.hpp"
+#include "tools/bridge/bridge.hpp"
 
 namespace odomd::tools::udp_test {
 namespace {

@@ -1,5 +1,5 @@
 // Mistakes on a bus: its interface and its frames.
-#include "tools/doctor/bus.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include "tests/diagnostics.hpp"
 #include "tests/gtest.hpp"

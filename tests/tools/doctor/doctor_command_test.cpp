@@ -18,7 +18,7 @@
 #include "tests/diagnostics.hpp"
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/doctor/machine.hpp"
+#include "tools/doctor/doctor.hpp"
 
 namespace odomd::tools::doctor::doctor_command_test {
 namespace {

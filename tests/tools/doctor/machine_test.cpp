@@ -1,5 +1,5 @@
 // Mistakes of the machine, made in values and in copies of /etc, /proc and /sys.
-#include "tools/doctor/machine.hpp"
+#include "tools/doctor/doctor.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -7,7 +7,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/doctor/drive.hpp"
+#include "tools/doctor/doctor.hpp"
 
 namespace odomd::tools::doctor::whole_drive_test {
 namespace {

@@ -3,8 +3,8 @@
 
 #include "tests/tools/fault/small_car.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/fault/camera_fault.hpp"
 #include "tools/fault/fault.hpp"
+#include "tools/fault/stream_faults.hpp"
 
 namespace odomd::fault::camera_fault_test {
 namespace {
@@ -14,18 +14,18 @@ using tools::message_of;
 
 TEST(FaultKinds, EachHasAUniqueNameAndIsListed) {
   std::set<std::string> names;
-  for (const FaultKind kind : all_kinds()) {
+  const std::string text = kinds_text();
+  for (const Kind kind : all_kinds()) {
     EXPECT_TRUE(names.insert(name_of(kind)).second) << name_of(kind);
     EXPECT_EQ(parse_kind(name_of(kind)), kind);
+    EXPECT_THAT(text, HasSubstr(std::string(info(kind.part).name)));
+    EXPECT_THAT(text, HasSubstr(std::string(info(kind.act).what)));
   }
   EXPECT_GT(names.size(), 67U);
   const auto json = kinds_json();
   EXPECT_EQ(json.size(), all_kinds().size());
   EXPECT_EQ(json[0]["kind"], "gyro.frozen");
   EXPECT_TRUE(json[0]["size"].is_null());
-  const std::string text = kinds_text();
-  for (const PartInfo& part : parts()) EXPECT_THAT(text, HasSubstr(std::string(part.name)));
-  for (const ActInfo& act : acts()) EXPECT_THAT(text, HasSubstr(std::string(act.what)));
   EXPECT_THAT(text, HasSubstr("0.2 rad/s, 3 m/s2"));
 }
 
@@ -99,7 +99,7 @@ bool same(const CameraPose& a, const CameraPose& b) {
 // 50 poses before the fault, 50 during it, 50 after it.
 TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
   int tried = 0;
-  for (const FaultKind kind : all_kinds()) {
+  for (const Kind kind : all_kinds()) {
     if (kind.part != Part::camera || kind.act == Act::lost || kind.act == Act::delayed ||
         kind.act == Act::duplicated)
       continue;

@@ -9,8 +9,8 @@
 
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/live/daemon_feeds.hpp"
 #include "tools/live/daemon_link.hpp"
-#include "tools/live/recording_feed.hpp"
 #include "tools/live/tick_follower.hpp"
 
 namespace odomd::tools::follow_test {

@@ -1,5 +1,5 @@
 // odom identify track on rendered films of a known motion.
-#include "tools/marker_tracking/track_film.hpp"
+#include "tools/marker_tracking/film.hpp"
 
 #include <functional>
 #include <opencv2/imgproc.hpp>

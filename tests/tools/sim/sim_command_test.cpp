@@ -7,7 +7,7 @@
 #include "can_protocol/sources/candump.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tests/unix_socket.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 
 namespace odomd::tools::sim_command_test {
 namespace {

@@ -9,7 +9,7 @@
 #include "daemon/core/conditions.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/pose_csv.hpp"
-#include "tools/live/status_text.hpp"
+#include "tools/live/status_value.hpp"
 
 namespace odomd::tools::watch {
 namespace {

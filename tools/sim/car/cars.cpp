@@ -1,4 +1,4 @@
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tools/sim/course/scenario.hpp"
+#include "tools/sim/course/driver.hpp"
 
 #include <algorithm>
 #include <array>

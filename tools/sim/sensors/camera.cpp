@@ -1,4 +1,4 @@
-#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "tools/cli/csv.hpp"
-#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
 namespace {

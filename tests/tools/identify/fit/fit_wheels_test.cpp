@@ -4,7 +4,7 @@
 
 #include "tests/gtest.hpp"
 #include "tools/identify/fit/window.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 
 namespace odomd::tools::fitting::fit_wheels_test {
 namespace {

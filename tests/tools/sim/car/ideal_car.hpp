@@ -3,7 +3,6 @@
 
 #include "tests/gtest.hpp"
 #include "tests/tools/sim/sensors/moments.hpp"
-#include "tools/sim/car/cars.hpp"
 #include "tools/sim/car/plant.hpp"
 
 namespace odomd::sim {

@@ -3,9 +3,8 @@
 #include <stdexcept>
 
 #include "tests/gtest.hpp"
-#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
 #include "tools/sim/course/driver.hpp"
-#include "tools/sim/course/scenario.hpp"
 #include "tools/sim/course/track.hpp"
 #include "tools/sim/simulation.hpp"
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "tests/tools/sim/sensors/moments.hpp"
-#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim::sim_camera_test {
 namespace {

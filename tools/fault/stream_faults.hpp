@@ -1,13 +1,15 @@
-// One fault in a stream of frames: takes frames, and outputs the frames that a car with this fault
-// would send.
+// One fault in a stream: takes the frames or camera poses of a car, and outputs those that a car
+// with this fault would send. Camera poses are those of the camera's reference point.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "can_protocol/frame.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/fault/car_signals.hpp"
 #include "tools/fault/fault.hpp"
 #include "tools/math/random.hpp"
@@ -67,6 +69,34 @@ class FrameFault {
   std::vector<std::int64_t> stamped_ns_;  ///< last stamp per message, then of all other frames
   bool renumbers_ = false;
   std::uint64_t acted_on_ = 0;
+};
+
+/// For one stream, and for use by one thread.
+class CameraFault {
+ public:
+  /// `fault` must be a fault of the camera.
+  CameraFault(const Fault& fault, ActiveTime span);
+
+  /// Takes a pose and appends the poses that are due by its arrival time.
+  void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
+  /// Appends the held-back poses that are due by `now_ns`.
+  void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
+
+  /// The number of poses affected so far.
+  [[nodiscard]] std::uint64_t acted_on() const noexcept { return poses_; }
+
+ private:
+  [[nodiscard]] estimator::CameraPose changed(const estimator::CameraPose& pose,
+                                              std::uint64_t number);
+  void add_noise(estimator::CameraPose& pose, double sigmas);
+
+  Fault fault_;
+  ActiveTime span_;
+  sim::RandomStream random_;
+  std::optional<estimator::CameraPose> latest_;   ///< the last one before the fault
+  std::array<estimator::CameraPose, 2> shown_{};  ///< the two poses before the newest one
+  std::uint64_t poses_ = 0;                       ///< received during the fault
+  std::vector<estimator::CameraPose> held_;       ///< in order of arrival
 };
 
 }  // namespace odomd::fault
