@@ -19,7 +19,6 @@
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/car_model.hpp"
 #include "tools/identify/common/signal_log.hpp"
-#include "tools/identify/common/signal_log.hpp"
 #include "tools/init/roles.hpp"
 
 namespace odomd::tools {

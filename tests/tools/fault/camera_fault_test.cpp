@@ -15,7 +15,7 @@ using tools::message_of;
 TEST(FaultKinds, EachHasAUniqueNameAndIsListed) {
   std::set<std::string> names;
   const std::string text = kinds_text();
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     EXPECT_TRUE(names.insert(name_of(kind)).second) << name_of(kind);
     EXPECT_EQ(parse_kind(name_of(kind)), kind);
     EXPECT_THAT(text, HasSubstr(std::string(info(kind.part).name)));
@@ -99,7 +99,7 @@ bool same(const CameraPose& a, const CameraPose& b) {
 // 50 poses before the fault, 50 during it, 50 after it.
 TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
   int tried = 0;
-  for (const Kind kind : all_kinds()) {
+  for (const FaultKind kind : all_kinds()) {
     if (kind.part != Part::camera || kind.act == Act::lost || kind.act == Act::delayed ||
         kind.act == Act::duplicated)
       continue;
