@@ -93,7 +93,7 @@ TEST(RealDatabases, HaveTheLayoutsOfAnIndependentReader) {
     for (const json& expected_message : expected["messages"]) {
       const Message* message = find(database, expected_message);
       ASSERT_NE(message, nullptr) << expected_message["name"];
-      EXPECT_EQ(message->name, expected_message["name"]);
+      EXPECT_EQ(message->name, expected_message["name"].get<std::string>());
       EXPECT_EQ(message->length, expected_message["len"]);
       EXPECT_EQ(message->protocol == FrameProtocol::fd,
                 expected_message["fd"].get<bool>() || message->length > 8);
