@@ -14,6 +14,7 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/estimate.hpp"
+#include "estimator/common/pose.hpp"
 
 namespace odomd::tools {
 
