@@ -62,8 +62,8 @@ void add_reference_figures(const Evaluation& e, Json& json) {
                     {"inside_95", e.consistency->inside_95},
                     {"samples", e.consistency->samples}};
   if (e.velocity_rms) {
-    json["velocity_rms"] = {{"vx", e.velocity_rms->vx},
-                            {"vy", e.velocity_rms->vy},
+    json["velocity_rms"] = {{"vx", e.velocity_rms->v_x},
+                            {"vy", e.velocity_rms->v_y},
                             {"yaw_rate", e.velocity_rms->yaw_rate}};
   }
 }

@@ -49,8 +49,8 @@ const std::vector<Curve>& all_curves() {
     constexpr auto motion = &Trajectory::has_motion;
     constexpr auto covariance = &Trajectory::has_covariance;
     std::vector<Curve> curves{
-        {"speed", "Speed", "v_x [m/s]", [](P p) { return p.motion.vx; }, motion},
-        {"lateral_speed", "Lateral speed", "v_y [m/s]", [](P p) { return p.motion.vy; }, motion},
+        {"speed", "Speed", "v_x [m/s]", [](P p) { return p.motion.v_x; }, motion},
+        {"lateral_speed", "Lateral speed", "v_y [m/s]", [](P p) { return p.motion.v_y; }, motion},
         {"yaw_rate", "Yaw rate", "yaw rate [deg/s]",
          [](P p) { return p.motion.yaw_rate * degrees; }, motion},
         {"heading", "Heading", "yaw, unwrapped [deg]", [](P p) { return p.pose.yaw * degrees; }},

@@ -134,8 +134,8 @@ TEST(Evaluation, ComparesVelocitiesWhereBothHaveThem) {
   for (auto& point : estimate.points) point.motion.v_y += 0.25;
   const Evaluation e = evaluate(reference, estimate, Align::none);
   ASSERT_TRUE(e.velocity_rms);
-  EXPECT_NEAR(e.velocity_rms->vx, 0.0, 1e-12);
-  EXPECT_NEAR(e.velocity_rms->vy, 0.25, 1e-12);
+  EXPECT_NEAR(e.velocity_rms->v_x, 0.0, 1e-12);
+  EXPECT_NEAR(e.velocity_rms->v_y, 0.25, 1e-12);
   estimate.has_motion = false;
   EXPECT_FALSE(evaluate(reference, estimate, Align::none).velocity_rms);
 }

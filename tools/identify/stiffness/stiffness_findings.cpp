@@ -114,19 +114,19 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
 namespace {
 
 // The circles of an axle. Right-hand circles are mirrored, so that both directions can be compared.
-std::vector<chart::Series> dots(const AxleStiffness& axle) {
+std::vector<chart::PlotSeries> dots(const AxleStiffness& axle) {
   constexpr auto discs = chart::Mark::discs;
-  std::vector<chart::Series> groups{
+  std::vector<chart::PlotSeries> groups{
       {.label = "circles to the left", .colour = chart::colour_of(1), .mark = discs},
       {.label = "circles to the right", .colour = chart::colour_of(2), .mark = discs},
       {.label = "left out", .colour = chart::faint_ink, .mark = discs}};
   for (const AxlePoint& point : axle.points) {
     const double sign = point.force < 0.0 ? -1.0 : 1.0;
-    chart::Series& group = groups[!(point.weight > 0.5) ? 2 : point.force > 0.0 ? 0 : 1];
+    chart::PlotSeries& group = groups[!(point.weight > 0.5) ? 2 : point.force > 0.0 ? 0 : 1];
     group.points.push_back({sign * degrees * point.slip, sign * point.force});
   }
-  std::erase_if(groups, [](const chart::Series& group) { return group.points.empty(); });
-  for (chart::Series& group : groups) std::ranges::sort(group.points, {}, &chart::Point::x);
+  std::erase_if(groups, [](const chart::PlotSeries& group) { return group.points.empty(); });
+  for (chart::PlotSeries& group : groups) std::ranges::sort(group.points, {}, &chart::Point::x);
   return groups;
 }
 
@@ -155,7 +155,7 @@ chart::Drawing draw_axle(const AxleStiffness& axle, const std::string& name) {
                             .note = fixed(c.value, 2) + " N/rad ± " + fixed(2.0 * c.sigma, 2),
                             .colour = chart::colour_of(0),
                             .points = {{0.0, 0.0}, {degrees * slip, c.value * slip}}});
-  chart::Series curve{.label = "fitted curve", .colour = chart::ink};
+  chart::PlotSeries curve{.label = "fitted curve", .colour = chart::ink};
   for (int k = 0; k <= 100; ++k) {
     const double at = slip * k / 100.0;
     curve.points.push_back({degrees * at, axle.force(at)});
