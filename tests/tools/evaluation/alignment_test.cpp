@@ -77,9 +77,9 @@ TEST(LeverArm, IsRemovedFromPoseAndVelocity) {
   for (auto& point : reference.points) {
     point.pose = compose(point.pose, lever);
     // v_point = R(-lever yaw) (v + yaw_rate × lever)
-    const Motion v = point.motion;
-    const double x = v.vx - v.yaw_rate * lever.y;
-    const double y = v.vy + v.yaw_rate * lever.x;
+    const auto v = point.motion;
+    const double x = v.v_x - v.yaw_rate * lever.y;
+    const double y = v.v_y + v.yaw_rate * lever.x;
     point.motion.v_x = std::cos(lever.yaw) * x + std::sin(lever.yaw) * y;
     point.motion.v_y = -std::sin(lever.yaw) * x + std::cos(lever.yaw) * y;
   }
