@@ -78,7 +78,7 @@ TEST_P(PublishedCar, DivesUnderTheBrakesAndSwingsOut) {
     highest = std::min(highest, plant.output().pitch);
   }
   EXPECT_LT(highest, 0.0);
-  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.motion(), Movement::resting);
   EXPECT_NEAR(plant.output().pitch, 0.0, 1e-5);
 }
 
