@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "daemon/core/mounting.hpp"
 #include "estimator/integrity/admission.hpp"
@@ -239,7 +240,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
 
 void Pipeline::restore(const PipelineState& state,
                        std::span<const can::ProtectionState> protections) noexcept {
-  state_ = state;
+  std::construct_at(&state_, state);  // in place, without a copy on the stack
   std::ranges::copy(protections, decoder_.protections().begin());
 }
 

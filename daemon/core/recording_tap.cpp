@@ -1,6 +1,7 @@
 #include "daemon/core/recording_tap.hpp"
 
 #include <algorithm>
+#include <memory>
 
 namespace odomd::daemon {
 
@@ -15,7 +16,9 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
     return;
   }
   if (state == State::wanted) {
-    checkpoint_.state = pipeline.state();
+    // In place: assigning a filter would put a copy on the stack, as large as the beat's whole
+    // stack.
+    std::construct_at(&checkpoint_.state, pipeline.state());
     std::ranges::copy(pipeline.protections(), checkpoint_.protections.begin());
     mark_ = {};
     taking_ = true;

@@ -81,7 +81,7 @@ class RecordingTap {
     std::uint32_t conditions = 0;
   };
   /// Ends the tick that made `record`; `pipeline` is in the state after it. At the beginning of a
-  /// recording this copies that state, about 400 kB.
+  /// recording this copies that state, 1 MB.
   void tick_done(const TickRecord& record, const Around& around, const Pipeline& pipeline) noexcept;
 
   // Housekeeping's side --------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -52,13 +53,14 @@ void restore_checkpoint(std::string_view bytes, Pipeline& pipeline) {
   if (sum != hash(bytes.substr(0, size - sizeof sum)))
     throw std::invalid_argument("is damaged: its checksum is wrong");
 
-  Checkpoint checkpoint{pipeline.state(), std::vector<can::ProtectionState>(protections)};
+  const auto checkpoint = std::make_unique<Checkpoint>(
+      pipeline.state(), std::vector<can::ProtectionState>(protections));
   const char* at = bytes.data() + identity.size();
   // Neither type owns anything: the bytes are the complete objects.
-  std::memcpy(static_cast<void*>(&checkpoint.state), at, sizeof checkpoint.state);
-  std::memcpy(checkpoint.protections.data(), at + sizeof checkpoint.state,
+  std::memcpy(static_cast<void*>(&checkpoint->state), at, sizeof checkpoint->state);
+  std::memcpy(checkpoint->protections.data(), at + sizeof checkpoint->state,
               protections * sizeof(can::ProtectionState));
-  pipeline.restore(checkpoint.state, checkpoint.protections);
+  pipeline.restore(checkpoint->state, checkpoint->protections);
 }
 
 std::uint64_t fingerprint(const TickRecord& record) noexcept {
