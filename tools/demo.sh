@@ -5,7 +5,8 @@
 #   bash tools/demo.sh
 #
 # The simulator sends the car's CAN frames to odomd's standard input and the camera poses to its
-# socket, while a client reads the pose from shared memory. The results (poses, report, picture) are in build/demo. ODOMD_DEMO_ARGUMENTS are passed to `odom sim`: --laps 3, --scenario ...
+# socket, while a client reads the pose from shared memory. The results (poses, report, picture) are
+# in build/demo. ODOMD_DEMO_ARGUMENTS='--laps 3' are passed to `odom sim`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -14,7 +15,7 @@ cd "$(dirname "$0")/.."
   exit 2
 }
 tools/dependencies.sh build
-echo "=== building"
+echo "=== building (about ten minutes on two idle cores; an interrupted build continues where it stopped)"
 # The demonstration needs no tests; a tree that is already configured keeps its settings.
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DODOMD_TESTS=OFF)
@@ -111,3 +112,4 @@ echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]
 echo
 echo "poses, logs, evaluation and status: $out"
 echo "picture: $out/track.png"
+echo "to use the programs here: export PATH=$PWD/build/release/bin:\$PATH"
