@@ -1,7 +1,8 @@
 #include "base/printable.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "base/utf8.hpp"
 
 namespace odomd {
 namespace {
@@ -9,31 +10,6 @@ namespace {
 constexpr std::size_t longest_quoted = 60;
 constexpr std::size_t longest_message = 1000;
 constexpr std::size_t its_end = 300;
-
-struct Character {
-  std::uint32_t code = 0;
-  std::size_t length = 0;  ///< bytes; 0: not UTF-8
-};
-
-bool is_continuation(char c) {
-  return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
-}
-
-Character character_at(std::string_view text, std::size_t at) {
-  const auto lead = static_cast<unsigned char>(text[at]);
-  if (lead < 0x80) return {lead, 1};
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || at + length > text.size()) return {};
-  std::uint32_t code = lead & (0x7FU >> length);
-  for (std::size_t i = 1; i < length; ++i) {
-    if (!is_continuation(text[at + i])) return {};
-    code = code << 6U | (static_cast<unsigned char>(text[at + i]) & 0x3FU);
-  }
-  constexpr std::array<std::uint32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  if (code < least[length] || code > 0x10FFFF || surrogate) return {};
-  return {code, length};
-}
 
 bool is_obeyed(std::uint32_t code) {
   const bool control = code < 0x20 || (code >= 0x7F && code < 0xA0);
@@ -78,13 +54,6 @@ std::string escaped(std::string_view text, LineBreaks line_breaks) {
     at += std::max<std::size_t>(character.length, 1);
   }
   return out;
-}
-
-bool is_utf8(std::string_view text) {
-  Character character{.length = 1};
-  for (; !text.empty() && character.length > 0; text.remove_prefix(character.length))
-    character = character_at(text, 0);
-  return text.empty();
 }
 
 std::string shortened(std::string_view text, std::size_t longest) {

@@ -17,8 +17,6 @@ enum class LineBreaks : std::uint8_t { escaped, kept };
 [[nodiscard]] std::string escaped(std::string_view text,
                                   LineBreaks line_breaks = LineBreaks::escaped);
 
-[[nodiscard]] bool is_utf8(std::string_view text);
-
 /// The first `longest` bytes without splitting a character, and "…" if there are more.
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t longest);
 

@@ -78,7 +78,7 @@ class WallClock {
   [[nodiscard]] std::optional<std::int64_t> to_monotonic(std::int64_t realtime_ns,
                                                          std::int64_t now_ns) const noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
-      const Period& span = spans_[i];
+      const OffsetSpan& span = spans_[i];
       const std::int64_t time = realtime_ns - span.offset.middle();
       const std::int64_t earliest = std::max(span.from_ns, now_ns - max_age_ns);
       const std::int64_t latest = std::min(span.until_ns, now_ns);
@@ -108,7 +108,7 @@ class WallClock {
     [[nodiscard]] std::int64_t middle() const noexcept { return low + (high - low) / 2; }
   };
 
-  struct Period {
+  struct OffsetSpan {
     Interval offset;
     std::int64_t from_ns = 0;
     std::int64_t until_ns = 0;
@@ -121,7 +121,7 @@ class WallClock {
     count_ = std::min(count_ + 1, spans_.size());
   }
 
-  std::array<Period, 4> spans_{};  // newest first
+  std::array<OffsetSpan, 4> spans_{};  // newest first
   std::size_t count_ = 0;
   Interval boot_;
   std::int64_t last_reading_ns_ = 0;

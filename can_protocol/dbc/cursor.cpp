@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "base/printable.hpp"
+#include "base/utf8.hpp"
 
 namespace odomd::can {
 namespace {

@@ -28,10 +28,6 @@ struct Token {
 /// The encoding of the file before its conversion to UTF-8.
 enum class Encoding : std::uint8_t { utf8, other };
 
-/// UTF-8 without a byte order mark. Text that is not valid UTF-8 is read as Windows-1252, the
-/// superset of Latin-1 that DBC editors write. Never fails (text.cpp).
-[[nodiscard]] std::string to_utf8(std::string_view text);
-
 /// The tokens of UTF-8 `text`; the last one is of kind `end`. Skips comments: from `//` to the end
 /// of the line, and between `/*` and `*/`.
 [[nodiscard]] std::vector<Token> tokenize(std::string_view text, Encoding encoding);

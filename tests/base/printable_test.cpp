@@ -1,5 +1,7 @@
 // External text in messages.
 #include "base/printable.hpp"
+
+#include "base/utf8.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::printable_test {
@@ -53,6 +55,16 @@ TEST(Printable, KeepsTheBeginningAndTheEndOfALongMessage) {
   EXPECT_TRUE(text.starts_with("odom: \"xxx"));
   EXPECT_TRUE(text.ends_with("xxx\"; see odom --help"));
   EXPECT_EQ(one_line("a\nb"), "a\\nb");
+}
+
+TEST(Utf8, IsRecognisedByItsWholeDefinition) {
+  for (const char* text : {"", "a", "\xC3\xB6", "\xE2\x80\xA6", "\xF0\x9F\x9A\x97"})
+    EXPECT_TRUE(is_utf8(text)) << escaped(text);
+  // Windows-1252, cut off, overlong, a surrogate, beyond Unicode.
+  for (const char* text :
+       {"\xF6", "a\xC3", "\xC0\x9B", "\xE0\x82\x9B", "\xED\xA0\x80", "\xF4\x90\x80\x80"})
+    EXPECT_FALSE(is_utf8(text)) << escaped(text);
+  EXPECT_EQ(to_utf8("\xED\xA0\x80"), "\u00ED\u00A0\u20AC");
 }
 
 }  // namespace

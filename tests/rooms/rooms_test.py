@@ -94,7 +94,7 @@ tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol
     daemon/core tools/math tools/diagnostics tools/replay tools/evaluation tools/live tools/identify/common
     tools/identify/latency
 tools/serve: base tools/cli tools/live tools/live/watch tools/doctor
-tools/import: base can_protocol/dbc can_protocol/decode can_protocol/sources
+tools/import: base can_protocol/decode can_protocol/sources
     daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/drive_files tools/init tools/sim
 tools/commands: base daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch

@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "base/nearest_name.hpp"
-#include "can_protocol/dbc/lexer.hpp"
+#include "base/utf8.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
@@ -112,7 +112,7 @@ OpenTable open_table(const std::string& path, const std::vector<std::string>& wa
     refuse("is a candump log, which needs no import: odom init --can FILE");
   if (text.find("[column names]") != std::string::npos)
     refuse("is a VBOX file (.vbo); save its data as CSV in the VBOX tools");
-  OpenTable table{.path = path, .text = can::to_utf8(text)};
+  OpenTable table{.path = path, .text = to_utf8(text)};
   if (table.text.empty()) refuse("is empty; a table is expected");
   find_header(table, wanted);
   if (has_number(table.columns, table.layout.delimiter))

@@ -1,12 +1,8 @@
-// Character sets of DBC files.
-#include "can_protocol/dbc/lexer.hpp"
+#include "base/utf8.hpp"
 
 #include <array>
-#include <cstdint>
 
-#include "base/printable.hpp"
-
-namespace odomd::can {
+namespace odomd {
 namespace {
 
 void append_utf8(std::string& out, std::uint32_t code_point) {
@@ -30,6 +26,33 @@ constexpr std::array<std::uint16_t, 32> windows_1252{
 
 }  // namespace
 
+bool is_continuation(char byte) {
+  return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U;
+}
+
+Character character_at(std::string_view text, std::size_t at) {
+  const auto lead = static_cast<unsigned char>(text[at]);
+  if (lead < 0x80) return {lead, 1};
+  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC2 || lead > 0xF4 || at + length > text.size()) return {};
+  std::uint32_t code = lead & (0x7FU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if (!is_continuation(text[at + i])) return {};
+    code = code << 6U | (static_cast<unsigned char>(text[at + i]) & 0x3FU);
+  }
+  constexpr std::array<std::uint32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < least[length] || code > 0x10FFFF || surrogate) return {};
+  return {code, length};
+}
+
+bool is_utf8(std::string_view text) {
+  Character character{.length = 1};
+  for (; !text.empty() && character.length > 0; text.remove_prefix(character.length))
+    character = character_at(text, 0);
+  return text.empty();
+}
+
 std::string to_utf8(std::string_view text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (is_utf8(text)) return std::string(text);
@@ -42,4 +65,4 @@ std::string to_utf8(std::string_view text) {
   return out;
 }
 
-}  // namespace odomd::can
+}  // namespace odomd
