@@ -24,7 +24,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "estimator/integrity/integrity.hpp"
+#include "estimator/common/source.hpp"
 #include "tests/campaign/source_flags.hpp"
 #include "tools/math/random.hpp"
 

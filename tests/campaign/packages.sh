@@ -3,8 +3,8 @@
 # Builds the packages, or takes those of tools/release.sh from the directory RELEASE, and boots the
 # lab's machine with systemd. It tests apt install; the bus, which systemd-networkd brings up on an
 # emulated controller, with a car at the other end of the wire; enabling and starting the service; a
-# user who joins the group and reads the pose; the page's settings; and reinstallation, upgrade
-# with a running service, removal and purge. Ends with a dated summary line.
+# user who joins the group and reads the pose; the page's settings, except the log file; and reinstallation,
+# upgrade with a running service, removal and purge. Ends with a dated summary line.
 #
 # This takes some minutes, because apt and dpkg read the host's whole database through the machine's
 # file system.
@@ -174,6 +174,7 @@ says "as are page and bridge, which need it" '^inactive inactive $' sh -c "syste
 [ ! -e /run/odomd/can0 ] && ok "its directory is gone" || not_ok "its directory is gone" "$(ls -l /run/odomd)"
 says "the configuration stays" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 rm /etc/odomd/elsewhere.toml
+install -D /dev/null /var/log/odomd/can0.log  # as of a daemon with [log] file
 does "apt purges everything" apt purge -y $names
 left=$(while read -r path; do [ ! -e "$path" ] || echo "$path"; done <files
   find /etc /run /var/lib /var/log /usr/lib/systemd /usr/share/odomd /usr/share/doc -maxdepth 5 -xdev -iname '*odom*' 2>/dev/null |

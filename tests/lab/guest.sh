@@ -1,5 +1,5 @@
 # Functions of the lab's tests. run-tests.sh sources this before each of them; packages.sh and release.sh
-# in tests/campaign and tests/daemon/discipline use it, too.
+# in tests/campaign, and full_traffic.sh in tests/daemon/discipline, use it, too.
 
 set -u
 PATH=${ODOMD_BIN_DIR:+$ODOMD_BIN_DIR:}$PATH

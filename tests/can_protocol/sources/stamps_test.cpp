@@ -122,7 +122,7 @@ TEST_F(StampGuardTest, GivesEveryStampItsVerdict) {
         {INT64_MAX, future},
         {now - 1 * ms, trusted},  // not moved by the future stamp
         {now + StampGuard::tolerance_ns + 1, future},
-        {now + StampGuard::tolerance_ns, trusted}})  // within within a clock's resolution
+        {now + StampGuard::tolerance_ns, trusted}})  // within a clock's resolution
     EXPECT_EQ(check(time_ns), verdict) << time_ns;
 }
 

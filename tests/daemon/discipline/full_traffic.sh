@@ -59,5 +59,8 @@ start_full_traffic() {
   done
 }
 
-# stop_daemon: succeeds if it ended cleanly.
-stop_daemon() { kill "$daemon" && wait "$daemon"; }
+# stop_daemon: returns the daemon's exit status, also if it has ended before.
+stop_daemon() {
+  kill "$daemon" 2>/dev/null
+  wait "$daemon"
+}

@@ -75,8 +75,8 @@ TEST(Inertial, JacobianMatchesDifferencesOfTheVelocity) {
 // --------------------------------------------------------------------------------------
 
 TEST(DeadReckoningFilter, CentreOfGravityDrivesItsCircle) {
-  // On a circle the slip of the default car's rear tyres reduces v_y = l_h ψ̇ by v_x² ψ̇ l_v m / (l
-  // C_h); as printed, the kinematic model has no v_y.
+  // On a circle the slip of the default car's rear tyres reduces v_y = l_h ψ̇ by
+  // v_x² ψ̇ l_v m / (l C_h); as printed, the kinematic model has no v_y.
   const double delta = 0.3;
   const double turn = std::tan(delta) / car.wheelbase();
   const double slipping = 0.085 * 0.8 - 2.0 * 2.0 * 0.8 * 0.175 * 2.985 / (0.26 * 60.0);

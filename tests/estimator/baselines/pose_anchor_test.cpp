@@ -24,6 +24,16 @@ TEST_F(PoseAnchorTest, LatePoseReAnchorsAtItsCaptureTime) {
   }
 }
 
+TEST_F(PoseAnchorTest, ReAnchoringManyTimesKeepsTheOdometry) {
+  for (int i = 0; i < 200; ++i) {
+    drive(7);
+    const Pose2 small{0.01 * std::sin(i), 0.01 * std::cos(3.0 * i), 0.005 * std::sin(2.0 * i)};
+    ASSERT_EQ(take(seen_at(small, 35 * millisecond)), Verdict::fused);
+    EXPECT_THAT(anchor_.map(), PoseNear(compose(small, odom_at(now_)), 1e-5));
+  }
+  EXPECT_THAT(anchor_.odom(), PoseNear(odom_at(now_), 1e-11));
+}
+
 TEST_F(PoseAnchorTest, YawStaysContinuousThoughTheCameraWraps) {
   drive(2000);  // 20 rad
   const double yaw = anchor_.map().yaw;

@@ -83,6 +83,18 @@ TEST(Heading, AGyroWithoutASampleHasNoIntegral) {
   }
 }
 
+TEST(Heading, ASpinByTheGyroAloneIsAFault) {
+  // Wheels, steering and lateral acceleration contradict the gyro.
+  Car car = car_after(2.0, straight_at(1.0));
+  const double yaw = car.yaw();
+  car.drive(2.0, [](double t) {
+    return with(straight_at(1.0), Source::yaw_rate, std::min(100.0 * t, 4.0));
+  });
+  EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
+  EXPECT_NEAR(car.yaw(), yaw, 0.5);
+  EXPECT_TRUE(car.state.doubtful);
+}
+
 TEST(Direction, ReversesThroughStandstill) {
   Car car;
   car.push(Source::direction, 1.0);

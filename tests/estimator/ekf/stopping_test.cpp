@@ -173,6 +173,17 @@ TEST(Stopping, WithoutWheelsNoStandstillIsKept) {
   EXPECT_GT(std::sqrt(car.state.variance(at::v_x)), 0.05);
 }
 
+TEST(Stopping, OneWildSpeedDoesNotMoveAStandingCar) {
+  Car car = car_at_rest(2.0);
+  const double x = car.x();
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(car.push(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
+    car.drive(0.1, straight_at(0.0));
+    EXPECT_TRUE(car.stands());
+  }
+  EXPECT_NEAR(car.x(), x, 1e-6);
+}
+
 TEST(Stopping, APersistentAccelerationAtStandstillIsANewBiasOnASlopeToo) {
   Car side = car_at_rest();
   const double front = side.state.variance(at::front_angle);

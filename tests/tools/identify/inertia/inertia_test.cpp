@@ -104,7 +104,7 @@ sim::SwingParameters ideal_rig() {
           .spacing_below = 0.2,
           .cord = 1.0,
           .stretch = 1e-3,
-          .height_of_fixings = 0.05,
+          .height_of_attachment = 0.05,
           .amplitude = 0.1};
 }
 

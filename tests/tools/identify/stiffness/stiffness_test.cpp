@@ -234,7 +234,7 @@ TEST(StiffnessCommand, ReportsEachMistakeInOneLine) {
       {"--front 18apples,0 --rear -0.12,0 " + film, "--front"},
       {places + film + "--sigma-marker 15g", "--sigma-marker"},
       {places + film + "--sigma-scale 30%", "30% is more than 10 %"},
-      {places + film + "--sigma-scale 0.3", "0.3 is more than 10 %"},
+      {places + film + "--sigma-scale 0.3", "a number without % is a fraction"},
       {places + "--y-down --run markers.csv", "is not MARKERS,LOG"},
       {places + "--y-down --run nothing.csv,drive.log", "no such file"},
       {places + film + "--metres-per-pixel 0.005", "correct the scale"},
