@@ -6,7 +6,7 @@
 #
 # The simulator sends the car's CAN frames to odomd's standard input and the camera poses to its
 # socket, while a client reads the pose from shared memory. The results (poses, report, picture) are
-# in build/demo. ODOMD_DEMO_ARGUMENTS='--laps 3' are passed to `odom sim`.
+# in build/demo. The words in ODOMD_DEMO_ARGUMENTS are passed to `odom sim`, such as '--laps 3'.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,7 +15,7 @@ cd "$(dirname "$0")/.."
   exit 2
 }
 tools/dependencies.sh build
-echo "=== building (about ten minutes on two idle cores; an interrupted build continues where it stopped)"
+echo "=== building (several minutes; an interrupted build continues where it stopped)"
 # The demonstration needs no tests; a tree that is already configured keeps its settings.
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DODOMD_TESTS=OFF)
@@ -103,10 +103,9 @@ odom evaluate --reference "$out/truth.csv" --pose "$out/pose.csv" --pose "$out/o
 echo "=== report (pose: with the camera; odometry: without)"
 sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \[/p; /heading error at/p' "$out/evaluation.txt"
 echo
-sed -n '/^beat/,/^real time/p' "$out/status.txt"
-sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
+awk '/^── /{shown = $2 == "beat" || $2 == "calibration"} shown || $1 == "camera"' "$out/status.txt" | grep . ||
+  echo "demo: odom status did not show the beat; see $out/status.txt" >&2
 echo
-sed -n '/^calibration /,/^$/p' "$out/status.txt"
 # The beat counts missed ticks (above), until half a second before the end; a client's count would differ.
 echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"
 echo

@@ -8,7 +8,7 @@
 #   campaign  test, and for the campaigns (clang, clang-tidy)
 #   bench     build, and for the benchmarks and their comparison (cyclictest, iceoryx)
 #   aarch64   test, and the cross compiler and emulator for 64-bit ARM
-# release for tools/release.sh, which installs build dependencies in a separate root directory
+#   release   for tools/release.sh, which installs build dependencies in a separate root directory
 #
 # If everything is installed, it prints nothing and needs neither network nor root.
 set -eu
