@@ -14,6 +14,8 @@
 
 namespace odomd::tools::chart {
 
+// Lines with as many points as a picture can show.
+
 struct Point {
   double x = 0.0;
   double y = 0.0;

@@ -157,10 +157,12 @@ WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_
       throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written_));
   }
   // Opened by its descriptor: the name may belong to another file by now.
+  errno = 0;
   output_.open(fmt::format("/proc/self/fd/{}", copy_.get()), std::ios::binary);
   if (!output_) {
+    const std::string why = errno == ENOENT ? "/proc is not mounted; mount it" : reason();
     ::unlink(written_.c_str());
-    throw std::invalid_argument(file.string() + ": cannot be written: /proc is not mounted");
+    throw std::invalid_argument(file.string() + ": cannot be written: " + why);
   }
   if (replaces) keep_owner_and_mode(copy_.get(), replaced);
 }

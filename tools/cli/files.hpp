@@ -42,10 +42,11 @@ void check_outputs(std::span<const Output> outputs, std::span<const std::filesys
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 
 /// A file that exists completely or not at all: it is written as FILE.PID-N.partial in the same
-/// folder and renamed by finish(). A file that it replaces keeps its mode, its symbolic link and,
-/// as far as the user may, its owner and group, and is only replaced once the new one is on the
-/// disk. Of several writers the last to finish wins. Anything but a regular file (a pipe, a device,
-/// or standard output, which is called "-") is written directly.
+/// folder and renamed by finish(); a process that is killed leaves that copy. A file that it
+/// replaces keeps its mode, its symbolic link and, as far as the user may, its owner and group, and
+/// is only replaced once the new one is on the disk. Of several writers the last to finish wins.
+/// Anything but a regular file (a pipe, a device, or standard output, which is called "-") is
+/// written directly.
 class WholeFile {
  public:
   /// Throws std::invalid_argument if it cannot be written.

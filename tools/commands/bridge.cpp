@@ -15,7 +15,8 @@ void add_bridge(Command odom) {
       static_cast<void>(domain_of(*options));  // errors in the options are reported here, too
       hand_over(command, "odom-bridge",
                 "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev "
-                "and cyclonedds-tools, and configure and build again; --udp works without");
+                "and cyclonedds-tools and build all (cmake --preset release && cmake --build "
+                "--preset release); --udp works without");
     }
     std::vector<std::unique_ptr<Sink>> sinks;
     sinks.push_back(open_udp(options->udp));

@@ -120,7 +120,7 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
            "\nverdict: " + report::as_text(report::verdict_of(drives.front()));
   std::string text = table + '\n';
   for (const EvaluatedDrive& drive : drives) {
-    const report::Judgement verdict = report::verdict_of(drive);
+    const report::DriveVerdict verdict = report::verdict_of(drive);
     text += fmt::format("{}: {}: {}\n", drive.name, report::in_words(verdict.grade),
                         verdict.reasons.front().sentence);
     if (drive.report.evaluations.front().against != Against::reference)

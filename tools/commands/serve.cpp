@@ -12,8 +12,9 @@ void add_serve(Command odom) {
   command.callback([command, options] {
     static_cast<void>(serve::endpoint_of(*options));  // errors are reported here, too
     hand_over(command, "odom-web",
-              "the page needs odom-web: install the package odom-web, or libcpp-httplib-dev, and "
-              "configure and build again; odom watch works without");
+              "the page needs odom-web: install the package odom-web, or libcpp-httplib-dev and "
+              "build all (cmake --preset release && cmake --build --preset release); odom watch "
+              "works without");
   });
 }
 

@@ -73,7 +73,7 @@ struct Needs {
 /// Examines a running daemon: rights that the machine refused, its beat, buses, sources and camera.
 /// `status` is the document of the status socket; `machine` has the user whose limits to raise.
 /// Causes are reported without their consequences: a beat without real-time priority is not called
-/// late, a signal of a silent bus not overdue. examine_link() (bus.hpp) examines the interfaces.
+/// late, a signal of a silent bus not overdue. examine_link() examines the interfaces.
 /// Throws a nlohmann::json::exception if a member has the wrong type.
 [[nodiscard]] diagnostics::Diagnostics examine_daemon(const nlohmann::json& status,
                                                       const Machine& machine);
@@ -140,7 +140,7 @@ struct DriveExamination {
 /// How many lines of a configuration odom init has marked as guesses, in words; empty for none.
 [[nodiscard]] std::string guesses_in(const std::filesystem::path& config);
 
-/// Finds faults of a drive: in its configuration, in its traffic (examine_traffic() in bus.hpp) and
+/// Finds faults of a drive: in its configuration, in its traffic (examine_traffic()) and
 /// in its replay. Throws std::invalid_argument if the drive cannot be replayed.
 [[nodiscard]] DriveExamination examine_drive(const Drive& drive);
 

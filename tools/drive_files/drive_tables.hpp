@@ -82,8 +82,9 @@ inline constexpr auto beat_columns = [](auto&& cell, auto& row) {
   cell("record", row.record);
 };
 
-/// The wake-up latencies in a beat.csv, and its ticks; all else is 0. Only the first three columns
-/// are required. Throws std::invalid_argument with file, line and column if it is not usable.
+/// Of a beat.csv: ticks, missed (skipped numbers), wake-up latencies and the longest; all else is
+/// 0: execution times are not measured. Only the first three columns are required. Throws
+/// std::invalid_argument with file, line and column if it is not usable.
 [[nodiscard]] odom_beat read_beat_log(const std::filesystem::path& file);
 
 /// The edges of a bucket [us], for a picture: the first and the last bucket are drawn as wide as

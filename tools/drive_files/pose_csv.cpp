@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <ranges>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -145,7 +145,7 @@ std::span<const PoseField> pose_fields() {
 }
 
 void set_field(nlohmann::ordered_json& object, const PoseField& field, double value) {
-  auto& member = object[nlohmann::ordered_json::json_pointer("/" + std::string(field.path))];
+  auto& member = object[nlohmann::ordered_json::json_pointer("/" + field.path)];
   if (field.is_count)
     member = static_cast<std::uint64_t>(value);
   else

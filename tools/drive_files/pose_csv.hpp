@@ -1,5 +1,5 @@
 // The numbers of a pose: columns of pose files from odom replay and odom record (one row per tick),
-// and fields with the same names in all outputs to plotting tools, live or recorded.
+// and fields of all outputs to plotting tools, live or recorded, which name them PoseField::path.
 #pragma once
 
 #include <cstdint>

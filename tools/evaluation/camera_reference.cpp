@@ -1,3 +1,4 @@
+#include "tools/evaluation/drive_evaluation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -5,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/evaluation/pose_error.hpp"
 #include "tools/math/median.hpp"
 #include "tools/math/se2.hpp"

@@ -1,5 +1,5 @@
-// Replays of a drive with several models, their comparison with its reference, and the score of a
-// configuration.
+// Replays of a drive with several models, their comparison with its reference, the score of a
+// configuration, and a reference from the camera's poses.
 #pragma once
 
 #include <array>

@@ -1,15 +1,20 @@
-// Estimates of one drive with all data for a report.
+// Estimates of one drive with all data for a report; tables and JSON of several drives.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"

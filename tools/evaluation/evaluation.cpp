@@ -106,7 +106,7 @@ constexpr double warn_share_of_path = 0.03;
 constexpr double warn_turn = 20.0;  // deg
 
 double degrees_off(const Evaluation& e) {
-  return std::abs(e.heading_end) * 180.0 / std::numbers::pi;
+  return std::abs(e.heading_end) * degrees;
 }
 
 // Largest ratio of an error to its limit; above 1 the lap is refused.

@@ -124,7 +124,6 @@ Value better(E e, E baseline, Value value, Value before, double usual = 0.0) {
   return improvement(std::abs(*value), std::abs(*before), usual);
 }
 
-constexpr double per_degree = 180.0 / std::numbers::pi;
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr auto displacement = &HorizonError::displacement;
 constexpr std::string_view smaller =
@@ -161,7 +160,7 @@ constexpr std::array<Metric, 22> all_metrics{{
      "sees between two commands",
      [](E e, E) { return mean_over(e, short_horizon_ns, displacement, 1e3); }},
     {"35 ms yaw error mean [deg]", 3, "error of the turn over seven ticks of 5 ms",
-     [](E e, E) { return mean_over(e, short_horizon_ns, &HorizonError::yaw, per_degree); }},
+     [](E e, E) { return mean_over(e, short_horizon_ns, &HorizonError::yaw, degrees); }},
     {"1000 ms error mean [mm]", 3, "error of the displacement over a second, in the body frame",
      [](E e, E) { return mean_over(e, second_ns, displacement, 1e3); }},
     {"NEES mean (expected: 3)", 3,
@@ -178,7 +177,7 @@ constexpr std::array<Metric, 22> all_metrics{{
     {"vy rms [m/s]", 4, "root mean square of the error of the speed to the left",
      [](E e, E) { return velocity(e, &estimator::BodyVelocity::v_y); }},
     {"yaw rate rms [deg/s]", 4, "root mean square of the error of the yaw rate",
-     [](E e, E) { return velocity(e, &estimator::BodyVelocity::yaw_rate, per_degree); }},
+     [](E e, E) { return velocity(e, &estimator::BodyVelocity::yaw_rate, degrees); }},
     {"end error better by [%]", 1, smaller,
      [](E e, E b) { return better(e, b, e.end_error, b.end_error, b.position.rms); }},
     {"position rms better by [%]", 1, smaller,
@@ -258,8 +257,7 @@ std::string basis_in_words(Against against) {
   }
   return "nothing: there is no truth.csv, camera.csv does not have a second of usable poses, and "
          "the drive is no closed loop. Errors of position and heading are not known; innovations "
-         "show "
-         "only whether the filter agrees with its sensors";
+         "show only whether the filter agrees with its sensors";
 }
 
 std::string basis_in_words(const EvaluationReport& report) {

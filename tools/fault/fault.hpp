@@ -28,7 +28,7 @@ enum class Part : std::uint8_t {
 /// Groups of parts that can fail in the same ways, as bits.
 using Groups = std::uint32_t;
 
-/// What a sensor measures, with the default sizes of faults.
+/// The default sizes of faults of one quantity, with their units.
 struct FaultSizes {
   std::string_view unit;
   std::string_view rate_unit;

@@ -1,7 +1,7 @@
 // Applies several faults together to a stream of frames or camera poses, and to whole logs.
 //
 //   Injector injector(config, databases, bus_names, faults);
-// injector.take(frame, out); // appends the frames that are due by now
+//   injector.take(frame, out);  // appends the frames that are due by now
 //   injector.release(end_of_time, out);
 #pragma once
 

@@ -1,4 +1,5 @@
-// The meaning of each column of the tables, from the options of odom import, and its values.
+// The meaning of each column of the tables, from the options of odom import, and its values;
+// the times of the tables.
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The signals of a drive on one grid, and the noise and the bias that they show.
 #include "tools/init/proposal.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
-// The proposal: the signal that probably measures each role, with reasons and warnings; and those
-// numbers of a car that no database and no log contains.
+// What odom init works with: the traffic of a drive and its signals as series (traffic.cpp); the
+// proposal, which is the signal that probably measures each role, with reasons and warnings; and
+// those numbers of a car that no database and no log contains.
 #pragma once
 
 #include <array>
@@ -153,8 +154,8 @@ void require_frames(int vesc, const Traffic& traffic);
 /// Adds warnings about the VESC to the proposal. A gear ratio that is not given is 1.
 void settle_motor(Proposal& proposal, int vesc, Car& car);
 
-// The proposed signals of a drive where the car moves, and those parts of check_behaviour() that
-// have their own files.
+// The proposed signals while the car moves and their noise (drive_course.cpp), and the scale of the
+// steering (steering_scale.cpp).
 
 /// Several signals on one grid over the time that all of them cover, as means over half a second,
 /// so that latencies below that hardly matter. Empty if all cover less than half a second

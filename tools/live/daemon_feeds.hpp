@@ -70,6 +70,8 @@ struct PlayedLog {
 [[nodiscard]] PlayedLog play_from_now(CameraFeed& feed,
                                       std::span<const estimator::CameraPose> poses);
 
+/// The recorder's end of odomd's record socket: receives its messages one after the other. For use
+/// by one thread.
 class RecordingFeed {
  public:
   /// Connects. Throws NobodyThere, or std::runtime_error with another reason.

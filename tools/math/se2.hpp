@@ -1,5 +1,5 @@
 // Rigid motions in the plane: a pose is the transformation from its own frame to the map. Their
-// composition is in estimator/common/pose.hpp.
+// composition is in estimator/common/pose.hpp. Also the degrees in a radian.
 #pragma once
 
 #include <cmath>

@@ -44,7 +44,8 @@ struct RecordingReplay {
 
 /// Replays the recording: its published ticks, each with the inputs that it had. Every tick is
 /// passed to `sink`. If the state at the beginning cannot be used, starts at the recorded pose.
-/// Throws std::invalid_argument for files that do not fit each other.
+/// Warns like check_sources() and check_mode(). Throws std::invalid_argument for files that do not
+/// fit each other.
 RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink);
 
 }  // namespace odomd::tools

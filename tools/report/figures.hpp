@@ -1,10 +1,11 @@
-// The charts of an evaluated drive and of other files: errors and innovations over time, the timing
-// of ticks, and the map.
+// The charts of an evaluated drive (errors and innovations over time, the timing of ticks, the
+// map), and those of odom plot: of pose files and of the running daemon.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -102,7 +103,6 @@ struct PlotInput {
   std::optional<Trajectory> reference;
   Calibrations truth;              ///< calibrations of the reference's drive
   std::vector<Trajectory> tracks;  ///< at least one; all with the columns of plot_columns()
-  std::string title;
 };
 
 /// The quantities that can be drawn: "trajectory", "speed", ...

@@ -258,7 +258,7 @@ std::string section(const EvaluatedDrive& drive) {
 
 // The box at the top of the page.
 std::string verdict(const EvaluatedDrive& drive, bool several) {
-  const Judgement verdict = verdict_of(drive);
+  const DriveVerdict verdict = verdict_of(drive);
   std::string kind = in_words(verdict.grade);
   std::ranges::replace(kind, ' ', '-');
   std::string out = fmt::format("<div class=\"verdict {}\"><p><b>{}</b>: {}{}.</p>\n<ul>\n", kind,

@@ -1,5 +1,5 @@
-// The report: one self-contained HTML file for a browser, a phone and the printer. It is
-// well-formed XML too, and neither runs scripts nor fetches anything.
+// The verdict on a drive, and the report: one self-contained HTML file for a browser, a phone and
+// the printer. It is well-formed XML too, and neither runs scripts nor fetches anything.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ struct Reason {
 };
 
 /// The verdict on one drive, from the estimate focus_of().
-struct Judgement {
+struct DriveVerdict {
   Grade grade = Grade::good;    ///< the worst of the reasons
   std::string subject;          ///< "full with the camera"
   std::string basis;            ///< what the estimate is compared with, and the limits of that
@@ -41,11 +41,11 @@ struct Judgement {
   }
 };
 
-[[nodiscard]] Judgement verdict_of(const EvaluatedDrive& drive);
+[[nodiscard]] DriveVerdict verdict_of(const EvaluatedDrive& drive);
 
 /// One line for the grade, and one for each reason.
-[[nodiscard]] std::string as_text(const Judgement& verdict);
-[[nodiscard]] nlohmann::ordered_json as_json(const Judgement& verdict);
+[[nodiscard]] std::string as_text(const DriveVerdict& verdict);
+[[nodiscard]] nlohmann::ordered_json as_json(const DriveVerdict& verdict);
 
 struct PageInfo {
   std::string title;  ///< empty: the drives' names

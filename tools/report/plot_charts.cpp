@@ -1,3 +1,4 @@
+#include "tools/report/figures.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,6 @@
 #include "tools/evaluation/evaluation_report.hpp"
 #include "tools/live/daemon_link.hpp"
 #include "tools/live/tick_follower.hpp"
-#include "tools/report/figures.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -52,7 +52,7 @@ constexpr double min_path = 5.0;  // m
 /// best model (docs/evaluation.md). With truth, differences below 5 % are chance.
 constexpr double min_improvement = 5.0, min_improvement_with_camera = 30.0;  // %
 
-void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Judgement& verdict) {
+void judge_fault(const EvaluatedDrive& drive, std::size_t focus, DriveVerdict& verdict) {
   if (focus >= drive.replays.size()) return;
   const ReplaySummary& summary = drive.replays[focus].summary;
   if (!summary.fault_ns) return;
@@ -63,7 +63,7 @@ void judge_fault(const EvaluatedDrive& drive, std::size_t focus, Judgement& verd
                   fixed(static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9, 1)));
 }
 
-void judge_warnings(const EvaluatedDrive& drive, Judgement& verdict) {
+void judge_warnings(const EvaluatedDrive& drive, DriveVerdict& verdict) {
   if (drive.warnings.empty()) return;
   std::string codes;
   for (const diagnostics::Diagnostic& warning : drive.warnings) {
@@ -84,7 +84,7 @@ std::string subject_of(const EvaluatedDrive& drive) {
 }
 
 // Returns false if the drift cannot be judged.
-bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Judgement& verdict) {
+bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, DriveVerdict& verdict) {
   if (!e.end_cm_per_m || e.path_length < min_path) return false;
   // The end may be right by chance: the rms counts, too.
   const double off =
@@ -104,7 +104,7 @@ bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, Judgement& ve
   return true;
 }
 
-bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Judgement& verdict) {
+bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, DriveVerdict& verdict) {
   if (!has_reference(e.against) || drive.cameras.empty()) return false;
   std::vector<double> sigmas;
   for (const estimator::CameraPose& pose : drive.cameras)
@@ -122,7 +122,7 @@ bool judge_with_camera(const EvaluatedDrive& drive, const Evaluation& e, Judgeme
   return true;
 }
 
-void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Judgement& verdict) {
+void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, DriveVerdict& verdict) {
   const Evaluation& e = drive.report.evaluations[focus];
   const Evaluation& baseline = drive.report.evaluations[drive.report.baseline];
   if (&e == &baseline) return;
@@ -146,7 +146,7 @@ void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, Judgement& v
     verdict.add(Grade::good, fmt::format("Its {} is about the same as that of {}.", of, than));
 }
 
-void judge_nees(const Evaluation& e, Judgement& verdict) {
+void judge_nees(const Evaluation& e, DriveVerdict& verdict) {
   if (!e.consistency) return;
   const double mean = e.consistency->nees;
   const std::string figure = "the mean NEES is " + fixed(mean, 1) + " (3 is expected)";
@@ -162,7 +162,7 @@ void judge_nees(const Evaluation& e, Judgement& verdict) {
                     figure, fixed(std::sqrt(mean / 3.0), 1)));
 }
 
-void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Judgement& verdict) {
+void judge_heading(const EvaluatedDrive& drive, std::size_t focus, DriveVerdict& verdict) {
   const Trajectory& poses = drive.estimates[focus];
   if (!poses.has_covariance || poses.points.empty()) return;
   const auto uncertain = std::ranges::count_if(poses.points, [](const TrajectoryPoint& point) {
@@ -176,7 +176,7 @@ void judge_heading(const EvaluatedDrive& drive, std::size_t focus, Judgement& ve
                             fixed(max_heading_sigma, 0), fixed(100.0 * share, 0)));
 }
 
-void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, Judgement& verdict) {
+void judge_innovations(const EvaluatedDrive& drive, std::size_t focus, DriveVerdict& verdict) {
   if (focus >= drive.replays.size() || !drive.report.evaluations[focus].nis_factor) return;
   std::string off;
   const auto& all = drive.replays[focus].summary.innovations;
@@ -209,10 +209,10 @@ std::string in_words(Grade grade) {
   return words.at(static_cast<std::size_t>(grade));
 }
 
-Judgement verdict_of(const EvaluatedDrive& drive) {
+DriveVerdict verdict_of(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   const Evaluation& e = drive.report.evaluations[focus];
-  Judgement verdict;
+  DriveVerdict verdict;
   judge_fault(drive, focus, verdict);
   judge_warnings(drive, verdict);
   const bool position_is_judged = camera_came_in(drive) && drive.report.frame == Frame::map
@@ -234,14 +234,14 @@ Judgement verdict_of(const EvaluatedDrive& drive) {
   return verdict;
 }
 
-std::string as_text(const Judgement& verdict) {
+std::string as_text(const DriveVerdict& verdict) {
   std::string text = fmt::format("{}: {}\n", in_words(verdict.grade), verdict.subject);
   for (const Reason& reason : verdict.reasons)
     text += fmt::format("  {}: {}\n", in_words(reason.grade), reason.sentence);
   return text;
 }
 
-nlohmann::ordered_json as_json(const Judgement& verdict) {
+nlohmann::ordered_json as_json(const DriveVerdict& verdict) {
   nlohmann::ordered_json reasons = nlohmann::ordered_json::array();
   for (const Reason& reason : verdict.reasons)
     reasons.push_back({{"grade", in_words(reason.grade)}, {"sentence", reason.sentence}});

@@ -97,9 +97,9 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   rig.cord = draw.uniform(0.8, 1.5);
   rig.stretch = draw.uniform(0.5e-3, 2e-3);
   rig.offset_along = 0.003 * draw.normal();
-  rig.height_of_fixings = draw.uniform(0.03, 0.06);
+  rig.height_of_attachment = draw.uniform(0.03, 0.06);
   // Levelled by eye to 1.5°: the car hangs with its centre of gravity below the cords.
-  rig.offset_across = rig.height_of_fixings * 1.5 * pi / 180.0 * draw.normal();
+  rig.offset_across = rig.height_of_attachment * 1.5 * pi / 180.0 * draw.normal();
   // The amplitude falls by 0.3 to 1.7 % per swing, partly from drag that grows with speed.
   const double omega = std::sqrt(rig.mass * rig.gravity * rig.spacing_above * rig.spacing_above /
                                  (4.0 * rig.cord * plan.car.yaw_inertia));

@@ -37,7 +37,7 @@ constexpr double max_unseen_ratio = 3.0;                // without poses: wheels
 enum class Match : std::uint8_t { unknown, same, opposite, unrelated };
 
 struct Comparison {
-  Match verdict = Match::unknown;
+  Match match = Match::unknown;
   double ratio = 1.0;  ///< `turned` / pieces, if they agree
   double lag = 0.0;    ///< delay of `turned` [s]; 0 if unknown
 };
@@ -243,7 +243,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                  key_of(sensor));
   };
   if (poses.empty()) {
-    if (gyro_to_steering.verdict == Match::opposite)
+    if (gyro_to_steering.match == Match::opposite)
       return found(kind("wrong_sign"), name_of(Source::yaw_rate),
                    "turns the other way than wheels and steering",
                    key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
@@ -275,13 +275,13 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
   }
   const double min_rms = std::max(min_turn, 4.0 * median_of(std::move(yaw_sigmas)));
   const Comparison gyro = compare(seen, turned, min_rms);
-  if (gyro.verdict == Match::opposite) {
-    if (gyro_to_steering.verdict == Match::same)
+  if (gyro.match == Match::opposite) {
+    if (gyro_to_steering.match == Match::same)
       return found(kind("camera_mirrored"), source,
                    "turns the other way than yaw_rate and steering: is its file from this drive?");
     return wrong_sign(Source::yaw_rate, poses_of);
   }
-  if (gyro.verdict == Match::unrelated) {
+  if (gyro.match == Match::unrelated) {
     if (options.unrelated == UnrelatedPoses::accept) return std::nullopt;
     return found(kind("camera_turns_unrelated"), source,
                  "its turns and those of yaw_rate have nothing in common");
@@ -291,7 +291,7 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
                  "the times of its poses are " + fixed(std::fabs(gyro.lag), 1) +
                      (std::fabs(gyro.lag) < (max_lag - 0.5) * lag_step ? " s " : " s or more ") +
                      (gyro.lag < 0.0 ? "late" : "early") + " compared with yaw_rate");
-  if (gyro.verdict == Match::same && !scale_limits.hold(gyro.ratio))
+  if (gyro.match == Match::same && !scale_limits.hold(gyro.ratio))
     return found(kind("scale_off"), name_of(Source::yaw_rate),
                  "turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of,
                  key_of(Source::yaw_rate));
@@ -311,8 +311,8 @@ std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const 
 
   if (!steered) return std::nullopt;
   const Comparison steering = compare(seen, *steered, min_rms);
-  const bool by_gyro = gyro.verdict == Match::same && gyro_to_steering.verdict == Match::opposite;
-  if (steering.verdict == Match::opposite || by_gyro)
+  const bool by_gyro = gyro.match == Match::same && gyro_to_steering.match == Match::opposite;
+  if (steering.match == Match::opposite || by_gyro)
     return wrong_sign(Source::steering, poses_of + " and yaw_rate");
   return std::nullopt;
 }

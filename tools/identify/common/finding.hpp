@@ -1,6 +1,7 @@
 // The results of an identification: values with their standard uncertainty, each for one key of the
 // configuration or for information only. Every method prints them as a table or JSON on standard
-// output, with warnings on standard error, and writes them to a configuration if requested.
+// output, with warnings on standard error, and writes them to a configuration if requested. The
+// methods themselves (add_mass(), ...) are declared at the end.
 #pragma once
 
 #include <fmt/format.h>

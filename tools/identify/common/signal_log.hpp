@@ -1,5 +1,5 @@
 // The signals of a recorded drive as series of numbers: a log decoded by the daemon's decoder,
-// without a filter.
+// without a filter; and signals on an even grid.
 #pragma once
 
 #include <array>

@@ -53,8 +53,8 @@ Prior prior_of(const CircleCar& car) {
     prior.mean[which] = mean;
     prior.sigma[which] = sigma;
   };
-  // A typical axle would carry its load as side force at 1/6 rad. The prior is
-  // wide so that it does not affect the result.
+  // A typical axle would carry its load as side force at 1/6 rad. The prior is wide so that it does
+  // not affect the result.
   const double load = car.mass.value * gravity / car.wheelbase();
   set(log_stiffness_front, std::log(6.0 * load * car.rear_axle.value), 5.0);
   set(log_stiffness_rear, std::log(6.0 * load * car.front_axle.value), 5.0);

@@ -142,8 +142,9 @@ double high_rate_of(const YawRates& rates) {
         "{}: the film turns the other way than the gyro; add --y-down if the track's y points down "
         "(or omit it if it points up)",
         name);
+  // A frame rate is wrong by less than a factor of 10: beyond it, the log is of another drive.
   const double ratio = high_rate_of(film) / high_rate_of(gyro);
-  const bool other_rate = ratio > 0.0 && (ratio < 0.9 || ratio > 1.1);
+  const bool other_rate = ratio > 0.1 && ratio < 10.0 && (ratio < 0.9 || ratio > 1.1);
   refuse(
       "{}: film and log do not overlap or are not of one drive: their yaw rates agree to {:.0f} % "
       "at best{}",

@@ -6,6 +6,7 @@ const $ = (selector) => document.querySelector(selector);
 let car = null, beat = null, drawing = false, seen = 0;
 let rows = [], cameras = [];  // a row: time, section of the trail, x, y, yaw, vx, vy, yaw rate
 
+const fixed = (value, decimals) => (Number(value.toFixed(decimals)) || 0).toFixed(decimals);  // no "-0.0"
 const isJoined = (r, next) => next[1] === r[1] && next[0] - r[0] < 1;
 const slip = (r) => Math.abs(r[5]) > 0.3 ? Math.atan2(r[6], Math.abs(r[5])) * DEGREES : NaN;
 const heading = (r) => Math.atan2(Math.sin(r[4]), Math.cos(r[4])) * DEGREES;
@@ -82,7 +83,7 @@ function drawStrip(strip, end) {
   const {g, width, height, colour} = open(strip.canvas);
   const points = rows.map((r) => [r[0], strip.value(r)]), values = points.map((p) => p[1]).filter(isFinite);
   const last = car ? strip.value(car.row) : NaN;
-  strip.text.textContent = (isFinite(last) ? last.toFixed(strip.decimals) : "–") + " " + strip.unit;
+  strip.text.textContent = (isFinite(last) ? fixed(last, strip.decimals) : "–") + " " + strip.unit;
   if (values.length === 0) return;
   const low = Math.min(...values), high = Math.max(...values), more = Math.max(strip.range - high + low, 0) / 2;
   const y = (value) => 4 + (height - 8) * (high + more - value) / (high - low + 2 * more);
@@ -91,8 +92,8 @@ function drawStrip(strip, end) {
     const [t0, value0] = points[i - 1] || [];
     return [width * (1 - (end - t) / SECONDS), y(value), t - t0 < 1 && Math.abs(value - value0) < 180];
   }), colour("accent"), 1.5);
-  text(g, (high + more).toFixed(1), 2, 12, colour("dim"));
-  text(g, (low - more).toFixed(1), 2, height - 4, colour("dim"));
+  text(g, fixed(high + more, 1), 2, 12, colour("dim"));
+  text(g, fixed(low - more, 1), 2, height - 4, colour("dim"));
 }
 
 // Bucket i holds times up to 2^(i/4) µs.
@@ -123,7 +124,7 @@ function onPose(pose) {
   seen = pose.n;
   if (pose.live && pose.n % 2 === 0) rows.push(pose.row);
   rows = rows.filter((r) => Math.abs(pose.t - r[0]) < SECONDS);
-  $("#position").textContent = car ? `x ${car.row[2].toFixed(2)} m, y ${car.row[3].toFixed(2)} m ± ` +
+  $("#position").textContent = car ? `x ${fixed(car.row[2], 2)} m, y ${fixed(car.row[3], 2)} m ± ` +
     `${(car.ellipse[0] * 100).toFixed(1)} cm` : "";
   if (!drawing) requestAnimationFrame(draw);
   drawing = true;

@@ -1,7 +1,7 @@
 // The simulated car: four wheels on a plane. Deliberately different from the models of all filters:
 // the tyres saturate and need a distance to build up force, load moves between the wheels, the
 // driven wheels slip, the steering lags, and the car comes to rest exactly. With a suspension its
-// body rolls and pitches (chassis.hpp).
+// body rolls and pitches (chassis.hpp). Also the cars that can be simulated (cars.cpp).
 #pragma once
 
 #include <array>

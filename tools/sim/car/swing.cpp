@@ -19,13 +19,13 @@ SwingRig::SwingRig(const SwingParameters& parameters) : p_(parameters) {
     const double side = i == 0 ? 1.0 : -1.0;
     above_[i] = {0.0, 0.5 * side * p_.spacing_above, 0.0};
     below_[i] = {-p_.offset_across, 0.5 * side * p_.spacing_below - p_.offset_along,
-                 p_.height_of_fixings};
+                 p_.height_of_attachment};
   }
   // Settles with strong damping if the centre of gravity is off the cords' midpoint; then deflects.
   state_[attitude] = 1.0;
   const double apart = 0.5 * (p_.spacing_above - p_.spacing_below);
   state_.segment<3>(position) << p_.offset_across, p_.offset_along,
-      -std::sqrt(p_.cord * p_.cord - apart * apart) - p_.height_of_fixings;
+      -std::sqrt(p_.cord * p_.cord - apart * apart) - p_.height_of_attachment;
   const SwingParameters swinging = p_;
   p_.sway_drag = 4.0 * p_.mass;
   p_.viscous = 10.0 * p_.inertia.z();

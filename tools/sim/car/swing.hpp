@@ -22,13 +22,13 @@ struct SwingParameters {
   double cord = 0.0;          ///< length under the car's weight
   double stretch = 0.0;       ///< extension under the car's weight
   double offset_along = 0.0;  ///< of the centre of gravity from the midpoint, along the cords' line
-  double offset_across = 0.0;      ///< the same across the line
-  double height_of_fixings = 0.0;  ///< above the centre of gravity
-  double viscous = 0.0;            ///< torque / yaw rate [N m s]
-  double quadratic = 0.0;          ///< torque / yaw rate² [N m s²]
-  double sway_drag = 0.0;          ///< force / speed [N s/m]
-  double amplitude = 0.0;          ///< initial deflection [rad]
-  double push = 0.0;               ///< initial sideways speed [m/s]
+  double offset_across = 0.0;         ///< the same across the line
+  double height_of_attachment = 0.0;  ///< above the centre of gravity
+  double viscous = 0.0;               ///< torque / yaw rate [N m s]
+  double quadratic = 0.0;             ///< torque / yaw rate² [N m s²]
+  double sway_drag = 0.0;             ///< force / speed [N s/m]
+  double amplitude = 0.0;             ///< initial deflection [rad]
+  double push = 0.0;                  ///< initial sideways speed [m/s]
 };
 
 class SwingRig {
@@ -49,8 +49,8 @@ class SwingRig {
   void write_output();
 
   SwingParameters p_;
-  std::array<Eigen::Vector3d, 2> above_;  // fixings, in the world
-  std::array<Eigen::Vector3d, 2> below_;  // fixings, in the body
+  std::array<Eigen::Vector3d, 2> above_;  // attachment points, in the world
+  std::array<Eigen::Vector3d, 2> below_;  // attachment points, in the body
   double rest_length_ = 0.0;
   double stiffness_ = 0.0;
   State state_ = State::Zero();
