@@ -1,3 +1,5 @@
+// `odomd --check`: the configuration as odomd understands it, for a person to read before the car
+// drives.
 #include "daemon/run.hpp"
 
 #include <algorithm>

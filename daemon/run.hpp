@@ -22,12 +22,12 @@ struct RunSettings {
 
 /// Runs until TERM, INT or, if requested, the end of all inputs. Throws std::invalid_argument when
 /// the configuration is not usable, std::exception when this machine does not allow it. Call it
-/// before any other thread is started: it sets up the signals (signals.hpp).
+/// before any other thread is started: it sets up the signals (process_control.hpp).
 void run_daemon(const Config& config, std::span<const can::Database> databases,
                 const diagnostics::Diagnostics& warnings, const RunSettings& settings);
 
-/// `odomd --check`: the summary of a configuration that has been checked against its databases.
-/// Throws std::invalid_argument when a source is not usable.
+/// `odomd --check` (check.cpp): the summary of a configuration that has been checked against its
+/// databases. Throws std::invalid_argument when a source is not usable.
 [[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
                                   const diagnostics::Diagnostics& warnings);
 

@@ -25,7 +25,7 @@
 namespace odomd::shm {
 namespace {
 
-// A name that is impossible on any machine is a user error; every other failure is a system error.
+// A name that is impossible on any machine is a user error; all else the machine's.
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)

@@ -70,8 +70,8 @@ class DbcCursor {
   /// Recovers from a mistake: skips to the next line that begins with a keyword. Throws nothing.
   void skip_to_statement();
 
-  /// At the end of the file: if the last line has no line end, rejects it if it looks truncated,
-  /// otherwise warns.
+  /// At the end of the file: a last line with neither line end nor ';' is rejected if it looks
+  /// truncated, otherwise warned about.
   void check_ending();
 
   [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view fix) const;

@@ -12,7 +12,8 @@
 
 namespace odomd::can {
 
-/// Messages by identifier; if databases share one, the first applies. They must outlive the index.
+/// Messages by identifier; of databases with the same identifier, the first applies. The databases
+/// must outlive the index.
 class MessageIndex {
  public:
   explicit MessageIndex(std::span<const Database> databases) {

@@ -33,10 +33,11 @@ enum class Comparison : std::uint8_t { equals, not_equals, below, at_least };
 inline constexpr std::array<std::string_view, 4> comparison_names{"equals", "not_equals", "below",
                                                                   "at_least"};
 
-/// Accepts a sample only if `comparison` holds between another signal of its message and `value`.
+/// Accepts a sample only if the physical value of another signal of its message compares with
+/// `value` like this.
 struct ValidWhen {
   std::string signal;
-  double value = 0.0;
+  double value = 0.0;  ///< physical, in the unit of `signal`
   Comparison comparison = Comparison::equals;
 };
 

@@ -1,4 +1,4 @@
-// Receives many frames and their times from a kernel socket with one system call.
+// Receives many frames and their times from a raw CAN socket with one system call.
 #pragma once
 
 #include <linux/can.h>

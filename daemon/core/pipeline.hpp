@@ -41,7 +41,8 @@ struct PipelineState {
   std::int64_t recovered_ns = 0;  ///< of the last tick that reset a non-finite state
   std::uint32_t recoveries = 0;
 };
-// Not trivially copyable only because of Eigen 3.4's fixed-size vectors, which are plain numbers.
+// Trivially destructible: std::construct_at replaces living states (restore(), RecordingTap). Not
+// trivially copyable only because of Eigen 3.4's fixed-size vectors, which are plain numbers.
 static_assert(std::is_trivially_destructible_v<PipelineState>);
 static_assert(std::is_trivially_copyable_v<can::ProtectionState>);
 
@@ -81,7 +82,8 @@ class Pipeline {
   [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
     return decoder_.protections();
   }
-  /// `protections` is as long as protections(). The counters start at zero.
+  /// `state` belongs to another pipeline; `protections` is as long as protections(). The counters
+  /// start at zero.
   void restore(const PipelineState& state,
                std::span<const can::ProtectionState> protections) noexcept;
 

@@ -16,7 +16,7 @@ using estimator::Estimate;
 using estimator::Mode;
 using estimator::Source;
 
-// The published modes and flags have the numbers of the estimator's enumerators.
+// The published modes and sources have the numbers of the estimator's enumerators.
 static_assert(static_cast<int>(Mode::initialising) == ODOM_INITIALISING);
 static_assert(static_cast<int>(Mode::tracking) == ODOM_TRACKING);
 static_assert(static_cast<int>(Mode::dead_reckoning) == ODOM_DEAD_RECKONING);

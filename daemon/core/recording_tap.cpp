@@ -16,8 +16,7 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
     return;
   }
   if (state == State::wanted) {
-    // In place: assigning a filter would put a copy on the stack, as large as the beat's whole
-    // stack.
+    // In place: assigning a filter would put a copy on the stack, 0.9 MB of the beat's 1 MB.
     std::construct_at(&checkpoint_.state, pipeline.state());
     std::ranges::copy(pipeline.protections(), checkpoint_.protections.begin());
     mark_ = {};

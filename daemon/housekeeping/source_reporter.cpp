@@ -103,7 +103,7 @@ void SourceReporter::check_links(std::int64_t now_ns, Journal& journal) {
           journal.warn(fmt::format("{}: interface not found; waiting for it", name));
           break;
         case LinkState::ended:
-          journal.info(fmt::format("{}: has ended after {} frames; the pose continues without it",
+          journal.info(fmt::format("{}: has ended after {} frames",
                                    name == "-" ? "standard input" : name,
                                    source.counters().received.get()));
           break;

@@ -71,7 +71,7 @@ template <Eigen::Index stride>
                   F.velocity.by_side_force * of(at::side_force);
     of(at::yaw_rate) = by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
     if (first == at::x) {
-      // Derivatives for ½ (v + v') and for the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+      // Derivatives with respect to ½ (v + v') and to the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
       const double along = v_x + of(at::v_x);
       const double across = v_y + of(at::v_y);
       const double turned = F.half * (turn + of(at::yaw_rate));

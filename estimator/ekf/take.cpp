@@ -155,7 +155,7 @@ Judgement take_accel_y(const Context& context, State& state, const Sample& sampl
   return judgement;
 }
 
-/// A jump beyond the fastest turn may be corrupt: the excess adds to the front wheels' sigma.
+/// A jump beyond the fastest turn may be corrupt: the variance grows by the square of the excess.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];

@@ -46,7 +46,8 @@ struct Solution {
 
 class Consensus {
  public:
-  /// Prior knowledge, and one equation per source, but two for the camera and no direction.
+  /// Prior knowledge, and one equation per source, but two for the camera and none for
+  /// the direction.
   static constexpr std::size_t capacity = of::size + source_count;
 
   void add(const Row& row) noexcept {

@@ -49,9 +49,10 @@ struct View {
   }
 };
 
-/// A wheel rolls with the velocity at its position along δ_i: (v - y ψ̇) cos δ_i + (u + l ψ̇) sin
-/// δ_i, u being the rear axle's lateral speed. tan δ_i = l tan δ / (l - y tan δ) (Ackermann);
-/// without a steering signal δ_i is the direction of that velocity.
+/// A wheel rolls with the velocity at its position along δ_i:
+/// (v - y ψ̇) cos δ_i + (u + l ψ̇) sin δ_i, u being the rear axle's lateral speed.
+/// tan δ_i = l tan δ / (l - y tan δ) (Ackermann); without a steering signal, the velocity's
+/// direction.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
   constexpr double lasting_share = 0.25;  // share of a sample's noise that does not average out
   constexpr double slowest = 1e-3;        // [m/s]
