@@ -12,8 +12,8 @@ namespace odomd {
 enum class LineBreaks : std::uint8_t { escaped, kept };
 
 /// Writes control characters (C0, DEL, C1) and those that change the direction of text as \n, \t or
-/// \u001b, and invalid UTF-8 as \xff; keeps all other UTF-8. In JSON the result means the same.
-/// `kept` keeps newlines and tabs.
+/// \u001b, and invalid UTF-8 as \xff; keeps all other UTF-8. Escaping a JSON text does not change
+/// its meaning. `kept` keeps newlines and tabs.
 [[nodiscard]] std::string escaped(std::string_view text,
                                   LineBreaks line_breaks = LineBreaks::escaped);
 

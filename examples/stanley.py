@@ -51,7 +51,7 @@ class Path(NamedTuple):
 
 
 class Command(NamedTuple):
-    state: str = "silent"  # all zero: stops if there is no fresh pose
+    state: str = "silent"  # by default no fresh pose: zero steering and speed
     steering: float = 0.0
     speed: float = 0.0
     cross_track: float = 0.0

@@ -12,7 +12,7 @@
 
 namespace odomd::can {
 
-/// Messages by identifier; of databases with the same identifier, the first applies. The databases
+/// Messages by identifier; if several databases have the same, the first one applies. The databases
 /// must outlive the index.
 class MessageIndex {
  public:

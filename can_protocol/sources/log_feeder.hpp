@@ -29,8 +29,8 @@ namespace odomd::can {
 /// earlier or later relative to their stamps than before (arrivals.hpp).
 ///
 /// Lines, frames and their stamps are judged as MergedLog judges them, so that a replay uses the
-/// same frames; a pipe is not read ahead, though. Lines without a frame are counted as malformed.
-/// At the end of the input, when the ring is empty, the link is `ended`.
+/// same frames; but a stamp in a pipe is judged without later ones. Lines without a frame are
+/// counted as malformed. At the end of the input, when the ring is empty, the link is `ended`.
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;

@@ -1,5 +1,5 @@
-// load_config(): reads the keys of the table into the configuration. Values that the configuration
-// and the command line share: the model and a pose.
+// load_config(): reads the keys of the table into the configuration. Also parses the values that it
+// shares with the command line: the model and a pose.
 #include "daemon/core/config.hpp"
 
 #include <algorithm>

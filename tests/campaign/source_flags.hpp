@@ -43,7 +43,7 @@ struct FaultCase {
   double visible = 0.0;
 };
 
-/// The faults to try on a simulated drive, with sizes that suit its car, from this time on.
+/// The faults to try on a simulated drive from `begin_s` on, with sizes that suit its car.
 inline std::vector<FaultCase> fault_cases(const Drive& drive, double begin_s) {
   const bool small = drive.config.vehicle.wheelbase() < 1.0;
   const double turn = small ? 0.7 : 0.25;    // [rad/s]

@@ -163,7 +163,7 @@ TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
   std::erase_if(arrivals, [](const auto& arrival) { return arrival.camera.has_value(); });
   const std::vector<Estimate> estimates = run(filter, arrivals, 101);
   for (const Estimate& e : estimates) {
-    // The pose continues from there at 2 m/s.
+    // The pose stays there, although the car drives at 2 m/s.
     EXPECT_THAT(e.map, PoseNear(given, 0.1)) << e.time_ns;
     EXPECT_THAT(e.odom, PoseNear(given, 0.1)) << e.time_ns;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x, e.v_y, e.yaw_rate})) << e.time_ns;

@@ -58,7 +58,7 @@ class CsvReader {
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
   // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest; an
-  // integer; the index of a word in a list, where `otherwise` is the correction for words that are
+  // integer; the index of a word in a list, where `otherwise` ends the error about a word that is
   // not in it.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;

@@ -169,7 +169,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Car& car
   if (const auto relation = lateral_relation(drive); !size && relation)
     size = 1.0 / std::fabs(relation->slope);
   if (!size) return;
-  constexpr double max_track_error = 0.2;  // relative; given track against that of the turns
+  constexpr double max_track_error = 0.2;  // relative; --track compared with the yaw rate
   if (by_track && std::fabs(*size - 1.0) > max_track_error && *size > 1.0 / factor &&
       *size < factor)
     choice.warnings.push_back(fmt::format(

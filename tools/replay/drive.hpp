@@ -36,7 +36,7 @@ struct DriveFiles {
   can::Damage damage = can::Damage::left_out;
 };
 
-/// Everything for a replay, which does not change it.
+/// Everything that a replay needs; a replay does not change it.
 struct Drive {
   std::string name;  ///< of the folder
   std::filesystem::path folder;

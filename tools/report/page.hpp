@@ -15,7 +15,7 @@
 
 namespace odomd::tools::report {
 
-// The verdict on a drive, on the terminal and at the top of a report: good, to look at, or wrong,
+// The verdict on a drive, on the terminal and at the top of a report: "good", "look at" or "wrong",
 // with the reasons in sentences.
 
 enum class Grade : std::uint8_t { good, look_at, wrong };

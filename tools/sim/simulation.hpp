@@ -1,4 +1,4 @@
-// One run: the car, its driver, its bus and the camera, between standstills or while moving.
+// One run: the car, its driver, its bus and the camera, from rest to rest or always moving.
 #pragma once
 
 #include <cstdint>

@@ -244,7 +244,7 @@ TEST(Stopping, OneDeadWheelOfTwoDoesNotHoldTheCar) {
 }
 
 TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
-  // No samples arrive while the car sets off; the first one then is the gyro's.
+  // No samples arrive while the car sets off; the first one afterwards is the gyro's.
   Car car = car_at_rest();
   const double before = car.state.variance(at::x);
   advance(car.context, car.state, car.state.time_ns + 400 * millisecond);

@@ -107,7 +107,7 @@ TEST(CoverageCheck, MeasuresTheDistanceDriven) {
     return point.t_ns > 4'000'000'000 && point.t_ns < 9'000'000'000;
   });
   EXPECT_THAT(check_coverage(truth, hole), Optional(Named("estimate_covers_part", "15.0 s")));
-  // Rows that are far apart are no gap.
+  // Evenly spaced rows are not gaps, even 1 s apart.
   EXPECT_FALSE(check_coverage(truth, wavy_drive(0.0, 20.0, 1.0)));
 }
 

@@ -47,10 +47,10 @@ struct Group {
   bool accepted = false;
 };
 
-/// Accepts the best group, or if none helps drops the most harmful one, until neither helps.
-/// Accepts nothing that increases the errors, drops a group only if that clearly reduces them, and
-/// does neither if it much increases the errors of one half. Returns the errors with the accepted
-/// groups. `judge` replays with a patch.
+/// Repeatedly accepts the best group or, if none helps, drops the most harmful one, until neither
+/// helps. Accepts nothing that increases the errors, drops a group only if that clearly reduces
+/// them, and makes no change that much increases the errors on half of the parts. Returns the
+/// errors with the accepted groups. `judge` replays with a patch.
 [[nodiscard]] Ratio choose(std::vector<Group>& groups,
                            const std::function<Ratio(const Patch&)>& judge,
                            const ReportProgress& progress = {});
