@@ -11,6 +11,8 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/drive_files/drive_tables.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/recording.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -136,6 +138,8 @@ daemon::Config drive_config(const DriveFiles& files) {
         files.folder.string() +
         ": has no drive.log and no can.log; give a folder of odom sim or odom record");
   config.can.sources = {log->string()};
+  if (config.initial_pose && file_in(files.folder, recorded_info))
+    begin_as_recorded(files.folder, config);
   return config;
 }
 

@@ -58,7 +58,8 @@ struct Drive {
 /// Names for several drives: the last part of each folder, or the whole path if that is not unique.
 [[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);
 
-/// The configuration of a drive, with its log as the source. Throws like read_drive.
+/// The configuration of a drive, with its log as the source and, if it was recorded, its first
+/// pose. Throws like read_drive.
 [[nodiscard]] daemon::Config drive_config(const DriveFiles& files);
 
 /// The files that a drive is read from, existing or not, which must not be overwritten. Throws like

@@ -129,7 +129,36 @@ class RecordedDrive {
   BeatRow before_;
 };
 
+nlohmann::json read_info(const std::filesystem::path& file) {
+  const std::string text = read_whole(file);
+  if (is_nested_too_deep(text))
+    throw std::invalid_argument(file.string() +
+                                ": is not in the format of odom record: it is nested too deep");
+  return nlohmann::json::parse(text);
+}
+
+void set_recorded_pose(const nlohmann::json& info, daemon::Config& config) {
+  if (const auto& pose = info.at("initial_pose"); !pose.is_null())
+    config.initial_pose = estimator::Pose2{pose.at(0), pose.at(1), pose.at(2)};
+}
+
+/// The error in info.json as one that names the file.
+std::invalid_argument wrong_format(const std::filesystem::path& file,
+                                   const nlohmann::json::exception& error) {
+  return std::invalid_argument(
+      fmt::format("{}: is not in the format of odom record: {}", file.string(), error.what()));
+}
+
 }  // namespace
+
+void begin_as_recorded(const std::filesystem::path& folder, daemon::Config& config) {
+  const auto file = folder / recorded_info;
+  try {
+    set_recorded_pose(read_info(file), config);
+  } catch (const nlohmann::json::exception& error) {
+    throw wrong_format(file, error);
+  }
+}
 
 Recording open_recording(const std::filesystem::path& folder) {
   const auto file = folder / recorded_info;
@@ -144,10 +173,7 @@ Recording open_recording(const std::filesystem::path& folder) {
   Recording recording;
   recording.folder = folder;
   try {
-    const std::string text = read_whole(file);
-    if (is_nested_too_deep(text))
-      throw std::invalid_argument("is not in the format of odom record: it is nested too deep");
-    const auto info = nlohmann::json::parse(text);
+    const auto info = read_info(file);
     if (const int format = info.at("format"); format != recording_format)
       throw std::invalid_argument(
           fmt::format("is of format {}, this odom reads {}", format, recording_format));
@@ -159,11 +185,9 @@ Recording open_recording(const std::filesystem::path& folder) {
     recording.buses = info.at("buses").get<std::vector<std::string>>();
     if (info.at("period_ns") != recording.config.realtime.period_ns)
       throw std::invalid_argument("has another period than " + std::string(recorded_config));
-    if (const auto& pose = info.at("initial_pose"); !pose.is_null())
-      recording.config.initial_pose = estimator::Pose2{pose.at(0), pose.at(1), pose.at(2)};
+    set_recorded_pose(info, recording.config);
   } catch (const nlohmann::json::exception& error) {
-    throw std::invalid_argument(
-        fmt::format("{}: is not in the format of odom record: {}", file.string(), error.what()));
+    throw wrong_format(file, error);
   } catch (const daemon::ConfigError&) {
     throw;
   } catch (const std::invalid_argument& error) {

@@ -31,6 +31,10 @@ struct Recording {
 /// Throws std::invalid_argument that names the file and the problem.
 [[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
 
+/// Sets the initial pose to that of the recording's first tick, if it had one: a recording may
+/// begin far from [initial]. Throws like open_recording().
+void begin_as_recorded(const std::filesystem::path& folder, daemon::Config& config);
+
 /// Receives a replayed tick and its time on the recording's clock.
 using RecordedTickSink =
     std::function<void(const daemon::TickRecord& record, std::int64_t time_ns)>;

@@ -8,6 +8,7 @@
 #include "daemon/core/recording_wire.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/replay/recording.hpp"
 
 namespace odomd::tools::recording_test {
@@ -247,6 +248,17 @@ TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
   EXPECT_THAT(scratch_.run("odom replay --recording drive --out replayed.csv"),
               Ends(0, HasSubstr("the replay begins with the recorded pose")));
   EXPECT_GT(std::filesystem::file_size(scratch_.path("replayed.csv")), 50'000U);
+}
+
+TEST_F(RecordingTest, AsADriveItBeginsAtTheRecordedPose) {
+  const auto folder = record(300);
+  const auto with_initial = contents(folder / "car.toml") + "[initial]\npose = [-9, 0, 0]\n";
+  scratch_.write("drive/car.toml", with_initial);
+  const auto recorded = open_recording(folder).config.initial_pose.value();
+  EXPECT_GT(recorded.x, 0.5);
+  EXPECT_EQ(read_drive({.folder = folder}).config.initial_pose.value().x, recorded.x);
+  scratch_.write("drive/info.json", "{}");
+  EXPECT_THROW(static_cast<void>(read_drive({.folder = folder})), std::invalid_argument);
 }
 
 TEST_F(RecordingTest, ARecordingThatLostItsEndReplaysWhatIsThere) {
