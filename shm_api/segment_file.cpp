@@ -29,14 +29,14 @@ namespace {
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)
-    throw std::runtime_error(path + ": no such directory: create it, or set [shm] name");
+    throw std::runtime_error(path.substr(0, path.rfind('/')) +
+                             ": no such directory: create it, or set another in [shm] name");
   if (error == ENAMETOOLONG) throw std::invalid_argument(path + ": too long for a [shm] name");
+  std::string why = path + ": cannot " + what;
   // Everyone may write to directories like /dev/shm, so the file may belong to another user.
   if (error == EACCES || error == EPERM)
-    throw std::system_error(error, std::generic_category(),
-                            path + ": cannot " + what +
-                                ": if it is another user's, remove it or set another [shm] name");
-  throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
+    why += ": if it is another user's, remove it or set another [shm] name";
+  throw std::system_error(error, std::generic_category(), why);
 }
 
 // A lock contains the pid of its owner and a line feed; a new lock is empty.

@@ -98,8 +98,8 @@ std::optional<Json> read_status(const Options& options, std::string& why) {
   try {
     const std::string path = socket_path(options.socket, "status.sock");
     return parse_status(fetch_status(path), path);
-  } catch (const NobodyThere&) {
-    why = "not running";
+  } catch (const NobodyThere& error) {
+    why = error.what();
   } catch (const std::runtime_error& error) {
     if (!options.socket.empty()) throw std::invalid_argument(error.what());
     why = fmt::format("not examined: {}", error.what());

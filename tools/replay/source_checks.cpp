@@ -210,17 +210,19 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
     const bool miswired = is_miswired(summary, source);
     if (const std::uint64_t count = summary.inconsistent[source]; count > 0 && !miswired)
       add(warnings, daemon::inconsistent_source(label(decoder, source)), summary, count);
+    bool explained = miswired;  // why samples are gated
     for (const SourceFlag flag : reported_flags) {
       if (miswired && flag == SourceFlag::drifting) continue;
       const std::uint64_t count = summary.flagged[source][static_cast<std::size_t>(flag)];
       if (!is_long(summary, count)) continue;
+      explained = explained || flag != SourceFlag::drifting;  // which may accuse the wrong source
       add(warnings, daemon::diagnostic_of(flag, label(decoder, source)), summary, count);
     }
     append(warnings, unused(decoder, summary, source));
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];
     const std::uint64_t fused = verdicts[static_cast<std::size_t>(Verdict::fused)];
-    if (!miswired)
+    if (!explained)
       append(warnings, check_gating(static_cast<Source>(source), label(decoder, source), gated,
                                     gated + fused));
   }

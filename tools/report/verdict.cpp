@@ -90,12 +90,12 @@ bool judge_drift(const EvaluatedDrive& drive, const Evaluation& e, DriveVerdict&
   const double off =
       std::max(has_reference(e.against) ? e.position.rms : 0.0, e.end_error) / e.path_length;
   const std::string rms =
-      has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 2)) : "";
+      has_reference(e.against) ? fmt::format("{} m off rms and ", fixed(e.position.rms, 3)) : "";
   verdict.add(drift.grade(100.0 * off),
               fmt::format("{} {}{} m off at the end of {} m: {} % of the distance. "
                           "Up to {} % is good; above {} % it is no better than the paper's car "
                           "without a filter.",
-                          subject_of(drive), rms, fixed(e.end_error, 2), fixed(e.path_length, 0),
+                          subject_of(drive), rms, fixed(e.end_error, 3), fixed(e.path_length, 0),
                           fixed(100.0 * off, 2), fixed(drift.good, 1), fixed(drift.look_at, 1)));
   if (drive.loop_is_assumed)
     verdict.add(Grade::look_at,
@@ -138,10 +138,12 @@ void judge_baseline(const EvaluatedDrive& drive, std::size_t focus, DriveVerdict
     verdict.add(Grade::good, fmt::format("Its {} is {} % smaller than that of {}.", of,
                                          fixed(*better, 0), than));
   else if (*better < -clear)
-    verdict.add(Grade::look_at,
-                fmt::format("Its {} is {} % larger than that of {}: check what {} does not use "
-                            "(gyro, accelerometers, tyres).",
-                            of, fixed(-*better, 0), than, than));
+    verdict.add(
+        Grade::look_at,
+        fmt::format("Its {} is {} % larger than that of {}{}.", of, fixed(-*better, 0), than,
+                    drive.replays.empty()
+                        ? ""
+                        : ": check what " + than + " does not use (gyro, accelerometers, tyres)"));
   else
     verdict.add(Grade::good, fmt::format("Its {} is about the same as that of {}.", of, than));
 }

@@ -235,10 +235,10 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
     tried[group.name] = {{"taken", group.accepted}, {"error", change}};
     const bool equal = change <= as_good;
     if (group.accepted && change < shown_worse) continue;
-    const std::string remark = group.accepted
-                                   ? "kept: replayed " + in_words(change) + ", too little to matter"
-                                   : "left as configured: replayed " + in_words(change) +
-                                         (equal ? ", but much worse on half of it" : "");
+    const std::string remark =
+        group.accepted ? "accepted: replayed " + in_words(change) + ", too little to matter"
+                       : "left as configured: replayed " + in_words(change) +
+                             (equal ? ", but much worse on half of it" : "");
     for (const std::size_t k : group.findings) {
       Finding& finding = findings.values[k];
       if (!group.accepted) finding.use = Use::leave;
