@@ -98,8 +98,8 @@ Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error) {
             fmt::format("no command given; there are: {}", fmt::join(names_below(command), ", "))};
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr)
     return {called_name(program),
-            fmt::format("{}: write a plain number in the unit of the help, whole for a count, "
-                        "otherwise with a decimal point",
+            fmt::format("{}: write a number without a unit, in the unit of the help; whole for a "
+                        "count, otherwise with a decimal point",
                         error.what())};
   return {called_name(program), error.what()};
 }

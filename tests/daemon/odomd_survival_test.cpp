@@ -62,7 +62,7 @@ TEST_F(OdomdSurvival, ExitsWith1IfItCannotRun) {
       {{}, desk_.segment() + ": process " + std::to_string(first.pid()) + " publishes there"},
       {{"--shm", elsewhere}, "another program is listening there"},
       {{"--shm", precious}, precious},
-      {{"--shm", desk_.file("nowhere/pose")}, "nowhere/pose"},
+      {{"--shm", desk_.file("nowhere/pose")}, "nowhere: no such directory"},
       {{"--shm", elsewhere, "--camera-socket", precious}, precious},
       {{"--shm", elsewhere, "--camera-socket", "/nowhere/at/all.sock"}, "/nowhere/at"}};
   for (const auto& [arguments, says] : cases) {
