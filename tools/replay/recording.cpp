@@ -129,12 +129,25 @@ class RecordedDrive {
   BeatRow before_;
 };
 
-nlohmann::json read_info(const std::filesystem::path& file) {
-  const std::string text = read_whole(file);
-  if (is_nested_too_deep(text))
-    throw std::invalid_argument(file.string() +
-                                ": is not in the format of odom record: it is nested too deep");
-  return nlohmann::json::parse(text);
+/// Passes the folder's info.json to `read`. Errors name the file.
+void read_info(const std::filesystem::path& folder,
+               const std::function<void(const nlohmann::json& info)>& read) {
+  const auto file = folder / recorded_info;
+  try {
+    const std::string text = read_whole(file);
+    if (is_nested_too_deep(text))
+      throw std::invalid_argument("is not in the format of odom record: it is nested too deep");
+    read(nlohmann::json::parse(text));
+  } catch (const nlohmann::json::exception& error) {
+    throw std::invalid_argument(
+        fmt::format("{}: is not in the format of odom record: {}", file.string(), error.what()));
+  } catch (const daemon::ConfigError&) {
+    throw;
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    throw std::invalid_argument(what.find(folder.string()) == 0 ? what
+                                                                : file.string() + ": " + what);
+  }
 }
 
 void set_recorded_pose(const nlohmann::json& info, daemon::Config& config) {
@@ -142,28 +155,15 @@ void set_recorded_pose(const nlohmann::json& info, daemon::Config& config) {
     config.initial_pose = estimator::Pose2{pose.at(0), pose.at(1), pose.at(2)};
 }
 
-/// The error in info.json as one that names the file.
-std::invalid_argument wrong_format(const std::filesystem::path& file,
-                                   const nlohmann::json::exception& error) {
-  return std::invalid_argument(
-      fmt::format("{}: is not in the format of odom record: {}", file.string(), error.what()));
-}
-
 }  // namespace
 
 void begin_as_recorded(const std::filesystem::path& folder, daemon::Config& config) {
-  const auto file = folder / recorded_info;
-  try {
-    set_recorded_pose(read_info(file), config);
-  } catch (const nlohmann::json::exception& error) {
-    throw wrong_format(file, error);
-  }
+  read_info(folder, [&config](const nlohmann::json& info) { set_recorded_pose(info, config); });
 }
 
 Recording open_recording(const std::filesystem::path& folder) {
-  const auto file = folder / recorded_info;
   std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored) &&
+  if (!std::filesystem::exists(folder / recorded_info, ignored) &&
       std::filesystem::exists(folder / "drive.log", ignored))
     throw std::invalid_argument(
         fmt::format("{0}: is a drive, not a recording of odom record: replay it with --config "
@@ -172,8 +172,7 @@ Recording open_recording(const std::filesystem::path& folder) {
                     folder.string()));
   Recording recording;
   recording.folder = folder;
-  try {
-    const auto info = read_info(file);
+  read_info(folder, [&](const nlohmann::json& info) {
     if (const int format = info.at("format"); format != recording_format)
       throw std::invalid_argument(
           fmt::format("is of format {}, this odom reads {}", format, recording_format));
@@ -186,15 +185,7 @@ Recording open_recording(const std::filesystem::path& folder) {
     if (info.at("period_ns") != recording.config.realtime.period_ns)
       throw std::invalid_argument("has another period than " + std::string(recorded_config));
     set_recorded_pose(info, recording.config);
-  } catch (const nlohmann::json::exception& error) {
-    throw wrong_format(file, error);
-  } catch (const daemon::ConfigError&) {
-    throw;
-  } catch (const std::invalid_argument& error) {
-    const std::string what = error.what();
-    throw std::invalid_argument(what.find(folder.string()) == 0 ? what
-                                                                : file.string() + ": " + what);
-  }
+  });
   recording.databases = daemon::load_databases(recording.config, recording.warnings);
   return recording;
 }
