@@ -215,7 +215,7 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
       if (miswired && flag == SourceFlag::drifting) continue;
       const std::uint64_t count = summary.flagged[source][static_cast<std::size_t>(flag)];
       if (!is_long(summary, count)) continue;
-      explained = explained || flag != SourceFlag::drifting;  // which may accuse the wrong source
+      explained |= flag == SourceFlag::frozen || flag == SourceFlag::out_of_range;
       add(warnings, daemon::diagnostic_of(flag, label(decoder, source)), summary, count);
     }
     append(warnings, unused(decoder, summary, source));
