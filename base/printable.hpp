@@ -1,5 +1,5 @@
-// Makes external text (arguments, files, names in databases, the environment) printable for
-// messages: on one line, without terminal control characters, and of limited length.
+// Makes external text (arguments, files, names in databases, the environment) valid UTF-8, and
+// printable for messages: on one line, without terminal control characters, and of limited length.
 #pragma once
 
 #include <cstddef>
@@ -26,5 +26,22 @@ enum class LineBreaks : std::uint8_t { escaped, kept };
 /// A message as one line: escaped, and with "…" instead of its middle when it is longer than 1,000
 /// bytes. The end is kept: it usually says what to do.
 [[nodiscard]] std::string one_line(std::string_view message);
+
+struct Character {
+  std::uint32_t code = 0;
+  std::size_t length = 0;  ///< bytes; 0: not UTF-8
+};
+
+/// The character that begins at this byte; `at` is less than the text's size.
+[[nodiscard]] Character character_at(std::string_view text, std::size_t at);
+
+/// Whether a byte continues a character of UTF-8.
+[[nodiscard]] bool is_continuation(char byte);
+
+[[nodiscard]] bool is_utf8(std::string_view text);
+
+/// UTF-8 without a byte order mark. Text that is not valid UTF-8 is read as Windows-1252, the
+/// superset of Latin-1 that DBC editors and spreadsheets write. Never fails.
+[[nodiscard]] std::string to_utf8(std::string_view text);
 
 }  // namespace odomd

@@ -59,16 +59,22 @@ endif()
 add_library(odomd_without_ubsan INTERFACE)
 target_compile_options(odomd_without_ubsan INTERFACE -fno-sanitize=undefined)
 
-# odomd_library(NAME sources...): a static library of one folder.
+# odomd_library(NAME sources...): a static library. Compiling the headers takes longer than compiling the sources, so
+# the sources of each folder are compiled together.
 function(odomd_library name)
   add_library(${name} STATIC ${ARGN})
   target_link_libraries(${name} PUBLIC odomd_options)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY} UNITY_BUILD_MODE GROUP)
+  foreach(source ${ARGN})
+    get_filename_component(folder ${source} DIRECTORY)
+    string(MAKE_C_IDENTIFIER "of_${folder}" group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
 endfunction()
 
-# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. Compiling the headers takes longer
-# than compiling the tests, so several files are compiled together, and the tests of each file have a namespace of
-# their own. With ODOMD_TESTS_WITHOUT_UBSAN, UBSan instruments the tested code but not the tests, which saves a third
-# of the compile time.
+# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. Several files are compiled together,
+# so the tests of each file have a namespace of their own. With ODOMD_TESTS_WITHOUT_UBSAN, UBSan instruments the tested
+# code but not the tests, which saves a third of the compile time.
 function(odomd_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBRARIES")
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
@@ -77,7 +83,7 @@ function(odomd_test name)
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY} UNITY_BUILD_BATCH_SIZE 6)
   if(ODOMD_REBUILD_FAST)
     target_precompile_headers(${name} PRIVATE <gtest/gtest.h> <gmock/gmock.h>)
   endif()

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "base/utf8.hpp"
+#include "base/printable.hpp"
 
 namespace odomd::can {
 namespace {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "can_protocol/decode/crc8.hpp"
 #include "can_protocol/decode/name_hints.hpp"
 
 namespace odomd::can {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/seconds.hpp"
+
 namespace odomd::can {
 namespace {
 
@@ -12,7 +14,6 @@ constexpr std::uint32_t id_mask = 0x1FFF'FFFF;
 constexpr std::uint32_t max_standard_id = 0x7FF;
 constexpr std::size_t max_classic_payload = 8;
 constexpr std::size_t max_interface = 63;  // the kernel's names are shorter still
-constexpr std::int64_t ns_per_s = 1'000'000'000;
 // Leaves years of margin below the 64-bit limit for moving a stamp to another clock.
 constexpr std::int64_t max_seconds = 9'000'000'000;
 constexpr std::uint8_t no_digit = 0xFF;

@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/seconds.hpp"
 #include "base/wall_clock.hpp"
 #include "can_protocol/sources/frame_receiver.hpp"
 #include "can_protocol/sources/log_reader.hpp"
@@ -20,7 +21,6 @@
 namespace odomd::can {
 namespace {
 
-constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr std::int64_t ring_full_wait_ns = 2'000'000;
 constexpr std::int64_t oldest_line_ns = 10 * ns_per_s;
 constexpr std::int64_t long_pause_ns = 600 * ns_per_s;

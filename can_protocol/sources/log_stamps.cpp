@@ -21,7 +21,7 @@ Spread spread_of(std::vector<std::int64_t> stamps) {
   return {stamps[n / 2], stamps[3 * n / 4] - stamps[n / 4]};
 }
 
-/// Whether a stamp is too far from its neighbours, if all of them are on one side of it.
+/// Whether this distance is too long for a stamp with all its neighbours before it, or all after.
 bool is_far_from(std::int64_t distance_ns, const Spread& frames) {
   return distance_ns > std::max(LogStamps::max_behind_ns, 4 * frames.half_ns);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/seconds.hpp"
 #include "daemon/core/mounting.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -155,8 +156,7 @@ void Pipeline::count(std::size_t source, Verdict verdict, std::uint64_t samples)
 
 bool Pipeline::resume(const odom_pose& pose, const odom_details& details,
                       std::int64_t gap_ns) noexcept {
-  return estimator::resume(state_.filter, to_estimate(pose, details),
-                           static_cast<double>(gap_ns) * 1e-9);
+  return estimator::resume(state_.filter, to_estimate(pose, details), seconds(gap_ns));
 }
 
 estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns) const noexcept {

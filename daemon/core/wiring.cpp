@@ -203,7 +203,8 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   calm_ = violent(lateral_gyro) || violent(side) || violent(faster) ? 0 : calm_ + 1;
   spun_ = std::abs(q[axle_gap]) > most_gap + q[axle_bend] ? 0 : spun_ + 1;
   // If wheels agree within each axle but not between the axles, an axle slips as a whole, and which
-  // one has the car's speed is unknown. A single wrong wheel makes both differences equal.
+  // one has the car's speed is unknown. A single wrong wheel changes left - right and
+  // front - rear equally.
   const double difference =
       std::max(std::abs(q[curve_front]), std::abs(q[curve_rear])) * std::abs(v);
   const bool axle_slips = spun_ == 0 && difference < 0.5 * std::abs(front - rear);

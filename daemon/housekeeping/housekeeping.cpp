@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/seconds.hpp"
 #include "base/wall_clock.hpp"
 #include "daemon/core/conditions.hpp"
 
@@ -32,9 +33,6 @@ constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manag
 
 double milliseconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-6;
-}
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
 }
 
 }  // namespace

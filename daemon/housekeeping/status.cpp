@@ -22,20 +22,20 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
 constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
 
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) / ns_per_s;
+// Divides, so that JSON has the shortest digits.
+double decimal_seconds(std::int64_t ns) {
+  return static_cast<double>(ns) / 1e9;
 }
 
 /// Seconds since a time; NaN, which JSON writes as null, when it was never set.
 double age_of(std::int64_t last_ns, std::int64_t now_ns) {
-  return last_ns == 0 ? NAN : seconds(now_ns - last_ns);
+  return last_ns == 0 ? NAN : decimal_seconds(now_ns - last_ns);
 }
 
 /// A positive number; NaN while it is not estimated.
@@ -59,7 +59,7 @@ Json counts_json(const auto& names, const auto& counters) {
 Json pose_json(const odom_pose& pose, std::int64_t now_ns) {
   return {{"tick", pose.tick},
           {"time_ns", pose.time_ns},
-          {"age_s", seconds(now_ns - pose.time_ns)},
+          {"age_s", decimal_seconds(now_ns - pose.time_ns)},
           {"x", pose.x},
           {"y", pose.y},
           {"yaw", pose.yaw},
@@ -94,7 +94,7 @@ Json histogram_json(const std::uint64_t (&histogram)[ODOM_HISTOGRAM_BUCKETS], st
 Json beat_json(const Running& running, std::int64_t now_ns) {
   const odom_beat beat = running.writer.beat();
   const double last_execution_us = static_cast<double>(beat.last_overrun_execution_ns) / ns_per_us;
-  return {{"period_s", seconds(running.config.realtime.period_ns)},
+  return {{"period_s", decimal_seconds(running.config.realtime.period_ns)},
           {"ticks", beat.ticks},
           {"missed", beat.missed},
           {"overruns", beat.overruns},
@@ -168,7 +168,7 @@ Json message_json(const can::BoundMessage& message, const can::MessageCounters& 
   return {{"name", message.name},
           {"id", message.id},
           {"extended", message.format == can::IdFormat::extended},
-          {"cycle_time_s", seconds(message.cycle_time_ns)},
+          {"cycle_time_s", decimal_seconds(message.cycle_time_ns)},
           {"age_s", age_of(static_cast<std::int64_t>(counters.last_time_ns.get()), now_ns)},
           {"verdicts", counts_json(can::frame_verdict_names, counters.verdicts)},
           {"some_lost", counters.some_lost.get()}};
@@ -206,7 +206,7 @@ Json source_json(std::size_t index, const Running& running, const PublishedPose&
       {"wiring", name(wiring_names, source.wiring)},
       {"inconsistent", source.inconsistent.get() != 0},
       {"age_s", age_of(source.last_time_ns.get(), now_ns)},
-      {"timeout_s", settings.configured ? seconds(settings.timeout_ns) : NAN},
+      {"timeout_s", settings.configured ? decimal_seconds(settings.timeout_ns) : NAN},
       {"sigma", settings.configured ? settings.sigma : NAN},
       {"noise",
        {{"at_rest", estimated(noise.at_rest)},
@@ -234,7 +234,7 @@ Json camera_json(const Running& running) {
   return {{"socket", config.configured ? config.socket.path.string() : ""},
           {"messages", counters.camera_messages.get()},
           {"malformed", counters.camera_malformed.get()},
-          {"last_latency_s", seen ? seconds(source.last_latency_ns.get()) : NAN},
+          {"last_latency_s", seen ? decimal_seconds(source.last_latency_ns.get()) : NAN},
           {"connections", connections}};
 }
 
@@ -262,7 +262,7 @@ std::string status_json(const Running& running, const PublishedPose& published,
   Json json{{"version", ODOMD_VERSION},
             {"instance", fmt::format("{:016x}", running.writer.info().instance_id)},
             {"pid", ::getpid()},
-            {"uptime_s", seconds(now_ns - running.started_ns)},
+            {"uptime_s", decimal_seconds(now_ns - running.started_ns)},
             {"config", running.config.file.string()},
             {"shm", running.config.shm.name},
             {"model", name_of(running.config.model)},

@@ -49,7 +49,7 @@ class Journal {
   LogConfig config_;
   std::shared_ptr<spdlog::logger> logger_;
   Repeats repeats_;
-  std::int64_t now_ns_ = 0;  // time of the turn
+  std::int64_t now_ns_ = 0;  // time of the last call of turn()
 };
 
 }  // namespace odomd::daemon

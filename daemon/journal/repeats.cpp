@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/seconds.hpp"
+
 namespace odomd::daemon {
 namespace {
 
@@ -30,10 +32,6 @@ std::string kind_of(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return kind;
-}
-
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ double evidence_of_step(const CarModel& model, const State& state, const PosePai
   const Pose2 seen = now.seen;
   const double turn = tuning.motion_error * distance(before.estimated, now.estimated);
   const double like_filter = log_density(now.step_error, sigma, turn, turn);
-  // A sliding car may also keep the velocity that the camera saw, but turn as in the filter.
+  // A sliding car may also keep the velocity seen by the camera and turn as the filter predicts.
   const double dt = seconds_between(before.capture_ns, now.capture_ns);
   const double again = dt / before.seen_s;
   const double way = std::hypot(gravity * dt * dt, 2.0 * again * std::hypot(sigma[0], sigma[1]));

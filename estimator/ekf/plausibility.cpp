@@ -15,7 +15,7 @@ namespace odomd::estimator::full {
 namespace {
 
 // Longest time between two consistent samples, and longest time that `rate` is multiplied by [s].
-constexpr double longest_pause_s = 1.5;
+constexpr double longest_agreement_s = 1.5;
 constexpr double longest_change_s = 0.3;
 
 // A wheel's sample is current for this long.
@@ -23,14 +23,14 @@ constexpr double fresh_s = 0.25;
 
 constexpr int most_counted = 3;
 
-constexpr double largest_share = 2.0;
+constexpr double largest_change = 2.0;
 
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
   const Rules change = rules_of(sample.source);
-  return before.consistent > 0 && elapsed_s <= longest_pause_s &&
+  return before.consistent > 0 && elapsed_s <= longest_agreement_s &&
          std::abs(sample.value[0] - before.value) <=
-             change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
+             change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_change) +
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 

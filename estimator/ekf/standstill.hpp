@@ -23,8 +23,8 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 /// is unknown.
 void begin_motion(State& state, const Sample& sample) noexcept;
 
-/// The first samples may be garbage: until there are five, a speed far from their median is set to
-/// the median, and the position as if driven at the median. Call it with every sample of a wheel.
+/// The first samples may be garbage: until there are five, a v_x far from their median is set to
+/// it, and, before a camera pose, the position to where it leads. Call it at each wheel sample.
 void correct_start(State& state, const Sample& sample) noexcept;
 
 /// Whether a turning wheel ends the standstill. Either most wheels turn (at least two, or one that

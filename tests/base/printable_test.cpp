@@ -1,7 +1,6 @@
 // External text in messages.
 #include "base/printable.hpp"
 
-#include "base/utf8.hpp"
 #include "tests/gtest.hpp"
 
 namespace odomd::printable_test {

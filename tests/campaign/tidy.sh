@@ -9,7 +9,7 @@
 log=build/logs/tidy.log
 # clang's own compile commands for everything that can be built, including benchmarks and fuzzers.
 cmake -G Ninja -B build/tidy -DCMAKE_C_COMPILER=clang-16 -DCMAKE_CXX_COMPILER=clang++-16 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-  -DODOMD_TESTS=ON -DODOMD_UNITY_TESTS=OFF -DODOMD_BENCH=ON -DODOMD_FUZZ=ON >build/logs/configure-tidy.log 2>&1 || {
+  -DODOMD_TESTS=ON -DODOMD_UNITY=OFF -DODOMD_BENCH=ON -DODOMD_FUZZ=ON >build/logs/configure-tidy.log 2>&1 || {
   cat build/logs/configure-tidy.log
   exit 1
 }

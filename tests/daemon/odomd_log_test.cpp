@@ -24,7 +24,7 @@ std::string drive_with(const std::string& extra, std::size_t at = 150) {
   return log;
 }
 
-/// The same drive with a frame of an unmapped identifier after each line, on a clock `hours` ahead.
+/// The same drive; each line is followed by an unmapped frame whose clock is `hours` ahead.
 std::string drive_beside(int hours) {
   std::string log;
   int i = 0;

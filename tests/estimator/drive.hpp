@@ -1,7 +1,6 @@
 // Passes simulated samples to a filter, tick by tick; compares poses and estimates.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <tuple>
 

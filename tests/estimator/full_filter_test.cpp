@@ -9,7 +9,6 @@
 #include "circle_drive.hpp"
 #include "estimator/common/pose.hpp"
 #include "tests/estimator/drive.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::full_filter_test {
 namespace {

@@ -4,7 +4,6 @@
 
 #include "tests/estimator/circle_drive.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::honest_start_test {
 namespace {

@@ -7,7 +7,6 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "tests/estimator/drive.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::lasting_errors_test {
 namespace {

@@ -13,7 +13,6 @@
 #include "tools/drive_files/drive_tables.hpp"
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"
-#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools::apriltag_test {
 namespace {

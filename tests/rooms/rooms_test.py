@@ -56,7 +56,7 @@ tools/drive_files: daemon/diagnostics base can_protocol can_protocol/sources est
 tools/chart: tools/cli
 tools/replay: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     estimator/common daemon/core tools/math tools/cli tools/drive_files tools/diagnostics
-tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
+tools/evaluation: base daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
     tools/diagnostics tools/replay
 tools/live: base can_protocol can_protocol/sources estimator/common shm_api/include/odom
     shm_api/libodom daemon/core tools/math tools/cli
@@ -83,7 +83,7 @@ tools/identify/inertia: daemon/diagnostics tools/math tools/cli tools/diagnostic
 tools/identify/noise: daemon/core tools/math tools/cli tools/diagnostics tools/replay tools/identify/common
 tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
     tools/diagnostics tools/replay tools/identify/common
-tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
+tools/identify/stiffness: base daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/diagnostics
     tools/replay tools/identify/common
 tools/identify/fit: daemon/diagnostics base estimator/common daemon/core
     tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/evaluation

@@ -1,6 +1,5 @@
 // odom_predict compared with fine numerical integration of the same motion, and what a controller
 // checks before it uses a pose.
-#include <cmath>
 #include <limits>
 
 #include <odom/odom.hpp>

@@ -8,7 +8,6 @@
 #include <random>
 #include <thread>
 
-#include "tests/gtest.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"
 

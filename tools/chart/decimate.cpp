@@ -6,13 +6,13 @@
 namespace odomd::tools::chart {
 namespace {
 
-// The column of x; −1 before the range, `columns` after it.
-long column_of(double x, const Scale& scale, std::size_t columns) {
+// The column of x; −1 before the range, `count` after it.
+long column_of(double x, const Scale& scale, std::size_t count) {
   const double share = (scale(x) - scale.from) / (scale.to - scale.from);
   if (share < 0.0) return -1;
-  if (share > 1.0) return static_cast<long>(columns);
-  return std::min(static_cast<long>(share * static_cast<double>(columns)),
-                  static_cast<long>(columns) - 1);
+  if (share > 1.0) return static_cast<long>(count);
+  return std::min(static_cast<long>(share * static_cast<double>(count)),
+                  static_cast<long>(count) - 1);
 }
 
 bool is_gap(const Point& p) {
@@ -40,10 +40,10 @@ void keep(std::span<const Point> points, std::size_t each, std::vector<Point>& k
 
 }  // namespace
 
-std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::size_t columns,
+std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::size_t count,
                            std::size_t each) {
   std::vector<Point> kept;
-  const auto last_column = static_cast<long>(columns);
+  const auto last_column = static_cast<long>(count);
   std::size_t i = 0;
   while (i < points.size()) {
     if (is_gap(points[i])) {
@@ -51,10 +51,10 @@ std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::s
       ++i;
       continue;
     }
-    const long column = column_of(points[i].x, x, columns);
+    const long column = column_of(points[i].x, x, count);
     std::size_t end = i + 1;
     while (end < points.size() && !is_gap(points[end]) &&
-           column_of(points[end].x, x, columns) == column) {
+           column_of(points[end].x, x, count) == column) {
       ++end;
     }
     if (column < 0) {
@@ -73,12 +73,12 @@ std::vector<Point> thinned(std::span<const Point> points, const Scale& x, std::s
   return kept;
 }
 
-std::vector<Point> decimated(std::span<const Point> points, const Scale& x, std::size_t columns) {
-  return thinned(points, x, columns, 0);
+std::vector<Point> decimated(std::span<const Point> points, const Scale& x, std::size_t count) {
+  return thinned(points, x, count, 0);
 }
 
 std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale& x,
-                                 std::size_t columns) {
+                                 std::size_t count) {
   std::vector<BandPoint> kept;
   long before = -2;
   for (const BandPoint& p : points) {
@@ -87,7 +87,7 @@ std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale&
       before = -2;
       continue;
     }
-    const long column = column_of(p.x, x, columns);
+    const long column = column_of(p.x, x, count);
     if (column != before) {
       kept.push_back(p);
       before = column;

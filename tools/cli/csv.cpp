@@ -52,9 +52,9 @@ CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::str
     const auto found = std::find(fields_.begin(), fields_.end(), columns_[column]);
     if (found == fields_.end()) {
       if (column < layout_.required) {
-        throw std::invalid_argument(place() + ": no column " + quoted(columns_[column]) +
-                                    "; the header is " + quoted(trimmed(line_)) + ", it needs " +
-                                    wanted);
+        throw std::invalid_argument(place() + ": no column " + odomd::quoted(columns_[column]) +
+                                    "; the header is " + odomd::quoted(trimmed(line_)) +
+                                    ", it needs " + wanted);
       }
       positions_.emplace_back();
       continue;

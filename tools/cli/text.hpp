@@ -1,12 +1,15 @@
-// Text for people: numbers with fixed decimals, tables that line up, JSON.
+// Text for people: numbers with fixed decimals, tables that line up, JSON, errors.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json_fwd.hpp>
 
 namespace odomd::tools {
@@ -40,5 +43,11 @@ struct Table {
 
 /// Shortest decimal form that reads back the same, for people: 5, not 5.0.
 [[nodiscard]] std::string shortest(double value);
+
+/// Throws std::invalid_argument: what is wrong with an input, and how to fix it.
+template <typename... Values>
+[[noreturn]] void refuse(fmt::format_string<Values...> text, Values&&... values) {
+  throw std::invalid_argument(fmt::format(text, std::forward<Values>(values)...));
+}
 
 }  // namespace odomd::tools

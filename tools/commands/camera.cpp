@@ -10,7 +10,7 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct CameraOptions {
   std::string socket;
   std::string shm;
   std::vector<double> pose;
@@ -22,7 +22,7 @@ struct Options {
   double wait_s = 0.0;
 };
 
-void send_one(const Options& options) {
+void send_one(const CameraOptions& options) {
   constexpr double ns_per_ms = 1e6;
   if (!std::ranges::all_of(options.pose, [](double value) { return std::isfinite(value); }))
     throw std::invalid_argument("--pose: must be three finite numbers");
@@ -52,7 +52,7 @@ void report_untaken(const CameraFeed& feed, std::uint64_t untaken) {
   if (untaken > 0) warn("camera send", std::to_string(untaken) + " poses found no daemon");
 }
 
-void send_log(const Options& options) {
+void send_log(const CameraOptions& options) {
   if (options.clock.value_or(ODOM_CLOCK_LOG) != ODOM_CLOCK_LOG) {
     throw std::invalid_argument(
         "--clock: a --log is on the log's clock; use --clock log, or --from-now");
@@ -79,7 +79,7 @@ void send_log(const Options& options) {
 }
 
 // Sends rows as they arrive, such as those of another camera program through a pipe.
-void send_rows(const Options& options) {
+void send_rows(const CameraOptions& options) {
   CsvReader reader = camera_reader(std::cin, "standard input");
   CameraFeed feed{options.socket, options.wait_s};
   std::uint64_t sent = 0;
@@ -97,7 +97,7 @@ void send_rows(const Options& options) {
 }  // namespace
 
 void add_camera(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CameraOptions>();
   Command camera =
       odom.add_subcommand("camera", "Send camera poses to the daemon, from a file or one by one");
   camera.require_subcommand();

@@ -16,7 +16,6 @@ namespace odomd::tools {
 namespace {
 
 using can::Database;
-using can::Frame;
 using can::IdFormat;
 using can::Message;
 using can::Signal;
@@ -104,7 +103,7 @@ std::string_view value_name(const Signal& signal, double physical) {
 }
 
 /// The signals in the payload: selected by their multiplexors, and not cut off.
-std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& frame) {
+std::vector<DecodedSignal> decoded_signals(const Message& message, const can::Frame& frame) {
   std::vector<DecodedSignal> decoded;
   for (const Signal& signal : message.signals) {
     const can::SignalLayout layout = can::layout_of(signal);
@@ -123,7 +122,7 @@ std::string stamp_text(std::int64_t time_ns) {
   return text.ends_with("000") ? text.substr(0, text.size() - 3) : text;
 }
 
-std::string json_line(const Frame& frame, const std::string& bus, const Message& message) {
+std::string json_line(const can::Frame& frame, const std::string& bus, const Message& message) {
   ordered_json signals = ordered_json::object();
   for (const auto& [signal, value, name] : decoded_signals(message, frame))
     signals[signal->name] = value;
@@ -134,7 +133,7 @@ std::string json_line(const Frame& frame, const std::string& bus, const Message&
                      json_text(message.name), json_text(signals));
 }
 
-std::string readable_line(const Frame& frame, const std::string& bus, const Message& message) {
+std::string readable_line(const can::Frame& frame, const std::string& bus, const Message& message) {
   std::string line = fmt::format("({}) {} {} {}", stamp_text(frame.time_ns), bus,
                                  hexadecimal(frame.id, frame.format), message.name);
   for (const auto& [signal, value, name] : decoded_signals(message, frame)) {

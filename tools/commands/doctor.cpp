@@ -13,7 +13,7 @@ namespace {
 
 using diagnostics::Diagnostics;
 
-struct Options {
+struct DoctorOptions {
   std::string socket;
   std::filesystem::path config;
   std::filesystem::path drive;
@@ -94,7 +94,7 @@ std::string json_of(const Examination& examination) {
 }
 
 // The status of the daemon; nothing if it cannot be read, with the reason in `why`.
-std::optional<Json> read_status(const Options& options, std::string& why) {
+std::optional<Json> read_status(const DoctorOptions& options, std::string& why) {
   try {
     const std::string path = socket_path(options.socket, "status.sock");
     return parse_status(fetch_status(path), path);
@@ -107,7 +107,7 @@ std::optional<Json> read_status(const Options& options, std::string& why) {
   return std::nullopt;
 }
 
-void examine_here(const Options& options, Examination& examination) {
+void examine_here(const DoctorOptions& options, Examination& examination) {
   doctor::Needs needs;
   std::vector<std::string> buses;
   can::FrameProtocol protocol = can::FrameProtocol::classic;
@@ -149,7 +149,7 @@ void examine_here(const Options& options, Examination& examination) {
       examination.add("bus " + bus, examine_link(bus, doctor::read_link(bus), protocol));
 }
 
-void examine_buses(const Options& options, Examination& examination) {
+void examine_buses(const DoctorOptions& options, Examination& examination) {
   Drive heard;
   heard.config = daemon::load_config(options.config);
   heard.databases = daemon::load_databases(heard.config, heard.warnings);
@@ -171,7 +171,7 @@ void examine_buses(const Options& options, Examination& examination) {
   examination.add(fmt::format("frames of {} s", options.listen_s), doctor::examine_drive(heard));
 }
 
-void run_doctor(const Options& options) {
+void run_doctor(const DoctorOptions& options) {
   Examination examination;
   if (!options.drive.empty()) {
     examination.add(options.drive.string(),
@@ -193,7 +193,7 @@ void run_doctor(const Options& options) {
 void add_doctor(Command odom) {
   Command command = odom.add_subcommand(
       "doctor", "Find problems of the machine, the daemon, a bus or a drive, and how to fix them");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DoctorOptions>();
   command.add("--config", "TOML", options->config,
               "Configuration of the car (TOML) to check, together with its buses; with --drive, it "
               "replaces the drive's car.toml");

@@ -17,7 +17,7 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   std::string reference;
   std::vector<std::string> poses;
   std::vector<std::string> drives;
@@ -35,7 +35,7 @@ struct Options {
   can::Damage damage = can::Damage::left_out;
 };
 
-Judging judging_of(const Options& options) {
+Judging judging_of(const EvaluateOptions& options) {
   Judging judging = options.judging;
   if (options.closed_loop) judging.against = Against::closed_loop;
   if (!options.html.empty()) judging.judgements = Judgements::keep;
@@ -46,13 +46,13 @@ Judging judging_of(const Options& options) {
   return judging;
 }
 
-std::vector<estimator::Model> models_of(const Options& options) {
+std::vector<estimator::Model> models_of(const EvaluateOptions& options) {
   std::vector<estimator::Model> models;
   for (const std::string& name : options.models) models.push_back(daemon::parse_model(name));
   return models;
 }
 
-std::vector<EvaluatedDrive> evaluated(const Options& options) {
+std::vector<EvaluatedDrive> evaluated(const EvaluateOptions& options) {
   const Judging judging = judging_of(options);
   std::vector<EvaluatedDrive> drives;
   if (!options.poses.empty()) {
@@ -93,7 +93,7 @@ nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
   return json;
 }
 
-std::vector<std::filesystem::path> inputs_of(const Options& options) {
+std::vector<std::filesystem::path> inputs_of(const EvaluateOptions& options) {
   std::vector<std::filesystem::path> inputs{options.reference, options.camera,
                                             options.judging.beat};
   inputs.insert(inputs.end(), options.poses.begin(), options.poses.end());
@@ -130,14 +130,14 @@ std::string drives_text(const std::vector<EvaluatedDrive>& drives) {
 }
 
 // One drive: its trajectories. Several: their errors against speed.
-void write_picture_of(const std::vector<EvaluatedDrive>& drives, const Options& options) {
+void write_picture_of(const std::vector<EvaluatedDrive>& drives, const EvaluateOptions& options) {
   const std::vector<chart::Drawing> drawings =
       drives.size() == 1 ? std::vector{draw(evaluation_map(drives.front(), options.title))}
                          : errors_by_speed(drives);
   chart::write_picture(options.picture, drawings);
 }
 
-void run_evaluate(const Options& options) {
+void run_evaluate(const EvaluateOptions& options) {
   check_outputs(
       std::vector<Output>{
           {"the summary", "-"}, {"--html", options.html}, {"--picture", options.picture}},
@@ -168,7 +168,7 @@ void run_evaluate(const Options& options) {
 }
 
 // Checks dependencies between options; errors read like those of CLI11.
-void check(const Options& options) {
+void check(const EvaluateOptions& options) {
   if (options.poses.empty() && options.drives.empty()) {
     require("--pose or --drive");
   }
@@ -184,7 +184,7 @@ void check(const Options& options) {
   }
 }
 
-void add_inputs(Command command, Options& options) {
+void add_inputs(Command command, EvaluateOptions& options) {
   command.add(
       "--reference", "CSV", options.reference,
       "Reference with the columns t,x,y,yaw; with --drive, it replaces the truth.csv of the drive");
@@ -213,7 +213,7 @@ void add_inputs(Command command, Options& options) {
       {excludes("--reference")});
 }
 
-void add_judging(Command command, Options& options) {
+void add_judging(Command command, EvaluateOptions& options) {
   command.add_choice("--align", options.judging.align,
                      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
                      "Alignment: at the first common time, least-squares fit, or none; default: "
@@ -236,7 +236,7 @@ void add_judging(Command command, Options& options) {
       "Estimate that the others are compared with; default: kinematic, otherwise the first");
 }
 
-void add_outputs(Command command, Options& options) {
+void add_outputs(Command command, EvaluateOptions& options) {
   command.add_flag("--json", options.json, "Print the result as JSON, in SI units");
   command.add("--html", "FILE", options.html, "Write a self-contained report with pictures");
   command.add("--beat", "CSV", options.judging.beat,
@@ -257,7 +257,7 @@ void add_outputs(Command command, Options& options) {
 void add_evaluate(Command odom) {
   Command command = odom.add_subcommand(
       "evaluate", "Compare poses with a reference, or several models on whole drives");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvaluateOptions>();
   add_inputs(command, *options);
   add_judging(command, *options);
   add_outputs(command, *options);

@@ -8,14 +8,14 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct ExportOptions {
   ExportSource source;
   std::string mcap;
   std::string csv;
   std::string tum;
 };
 
-void export_drive(const Options& options) {
+void export_drive(const ExportOptions& options) {
   const ExportSource& source = options.source;
   std::vector<std::filesystem::path> inputs{source.drive, source.pose};
   if (std::filesystem::is_directory(source.drive))
@@ -56,7 +56,7 @@ void export_drive(const Options& options) {
 }  // namespace
 
 void add_export(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   Command command = odom.add_subcommand(
       "export", "Export a drive to Foxglove (MCAP), PlotJuggler (CSV), evo (TUM)");
   command.add("--drive,SOURCE", "SOURCE", options->source.drive,

@@ -17,7 +17,7 @@ namespace {
 
 using fault::Fault;
 
-struct Options {
+struct FaultOptions {
   std::string config;
   std::string kind;
   std::optional<double> begin_s;
@@ -39,7 +39,7 @@ struct Options {
   can::Damage damage = can::Damage::left_out;
 };
 
-std::vector<Fault> faults_of(const Options& options) {
+std::vector<Fault> faults_of(const FaultOptions& options) {
   std::vector<Fault> faults;
   if (!options.kind.empty()) {
     Fault one = fault::fault_of(fault::parse_kind(options.kind));
@@ -55,11 +55,11 @@ std::vector<Fault> faults_of(const Options& options) {
   return faults;
 }
 
-bool is_live(const Options& options) {
+bool is_live(const FaultOptions& options) {
   return !options.from.empty() || !options.camera_from.empty();
 }
 
-void check_streams(const Options& options, const std::vector<Fault>& faults) {
+void check_streams(const FaultOptions& options, const std::vector<Fault>& faults) {
   // Both options are required, or neither.
   for (const auto& [one, name, other, other_name] :
        {std::tuple{options.log, "LOG", options.out, "--out"},
@@ -104,20 +104,20 @@ void report(const std::string& input, std::uint64_t in, std::uint64_t out,
   }
 }
 
-struct Car {
+struct ConfiguredCar {
   daemon::Config config;
   std::vector<can::Database> databases;
 };
 
-Car car_of(const Options& options) {
+ConfiguredCar car_of(const FaultOptions& options) {
   if (options.config.empty()) require("--config");
-  Car car{.config = daemon::load_config(options.config)};
+  ConfiguredCar car{.config = daemon::load_config(options.config)};
   diagnostics::Diagnostics warnings;
   car.databases = daemon::load_databases(car.config, warnings);
   return car;
 }
 
-void check_files(const Options& options, const Car& car) {
+void check_files(const FaultOptions& options, const ConfiguredCar& car) {
   std::vector<std::filesystem::path> inputs = car.config.can.dbc;
   for (const std::string& input : {options.config, options.camera})
     if (!input.empty()) inputs.emplace_back(input);
@@ -127,7 +127,8 @@ void check_files(const Options& options, const Car& car) {
 }
 
 // Returns the time that the faults count from: the log's first stamp.
-std::int64_t fail_in_log(const Options& options, const Car& car, const std::vector<Fault>& faults) {
+std::int64_t fail_in_log(const FaultOptions& options, const ConfiguredCar& car,
+                         const std::vector<Fault>& faults) {
   can::BusNames buses;
   for (const std::string& bus : daemon::expected_buses(car.config)) buses.index_of(bus);
   can::LogReader log(options.log, buses, options.damage);
@@ -144,7 +145,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   return streamed.first_ns;
 }
 
-void fail_in_camera_log(const Options& options, const CameraLog& camera,
+void fail_in_camera_log(const FaultOptions& options, const CameraLog& camera,
                         const std::vector<Fault>& faults, std::int64_t start_ns) {
   fault::CameraInjector injector(faults, start_ns);
   WholeFile sink(options.camera_out);
@@ -153,8 +154,8 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
   report(options.camera + ": ", streamed.in, streamed.out, injector.acted(), "camera poses");
 }
 
-void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
-  const Car car = options.log.empty() ? Car{} : car_of(options);
+void fail_in_logs(const FaultOptions& options, const std::vector<Fault>& faults) {
+  const ConfiguredCar car = options.log.empty() ? ConfiguredCar{} : car_of(options);
   check_files(options, car);
   CameraLog camera;
   std::int64_t start_ns = 0;
@@ -171,14 +172,14 @@ void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
   if (!options.camera.empty()) fail_in_camera_log(options, camera, faults, start_ns);
 }
 
-void fail_live(const Options& options, const std::vector<Fault>& faults) {
+void fail_live(const FaultOptions& options, const std::vector<Fault>& faults) {
   constexpr std::chrono::microseconds between{500};
   Interrupt interrupt;
   const std::int64_t start_ns = monotonic_now();
   std::optional<fault::BusRelay> bus;
   std::optional<fault::CameraRelay> camera;
   if (!options.from.empty()) {
-    const Car car = car_of(options);
+    const ConfiguredCar car = car_of(options);
     bus.emplace(options.from, options.to, car.config, car.databases, faults, start_ns);
   }
   if (!options.camera_from.empty())
@@ -209,7 +210,7 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
   }
 }
 
-void run(const Options& options) {
+void run(const FaultOptions& options) {
   if (options.list) {
     std::cout << (options.json ? fault::kinds_json().dump(1) + '\n' : fault::kinds_text());
     return;
@@ -222,7 +223,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_fault(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FaultOptions>();
   Command command = odom.add_subcommand(
       "fault", "Inject faults of sensors, the bus or the camera, into logs or live");
   command.add("LOG", "", options->log, "Log of candump -L, or - for standard input");

@@ -6,12 +6,12 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct ImportArguments {
   ImportOptions import;
   bool json = false;
 };
 
-void run(const Options& options) {
+void run(const ImportArguments& options) {
   ProgressLine progress("odom import");
   const ImportResult result =
       import_drive(options.import, [&](const std::string& text) { progress.show(text); });
@@ -38,7 +38,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_import(Command odom) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ImportArguments>();
   ImportOptions& import = options->import;
   Command command =
       odom.add_subcommand("import", "Make a drive from tables: a ROS bag's topics, a logger's CSV");

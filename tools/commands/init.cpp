@@ -6,12 +6,12 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct InitArguments {
   InitOptions init;
   bool json = false;
 };
 
-void run(const Options& options) {
+void run(const InitArguments& options) {
   const InitResult result = init(options.init);
   for (const auto& warning : result.warnings) warn("init", text_of(warning));
   std::cout << (options.json ? json_text(as_json(result.draft), 2) + '\n' : as_text(result.draft));
@@ -30,7 +30,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_init(Command odom) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<InitArguments>();
   Command command =
       odom.add_subcommand("init", "Write a configuration from a CAN database and a drive");
   command.add("--dbc", "DBC", options->init.databases,

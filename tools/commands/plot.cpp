@@ -19,7 +19,7 @@ std::vector<std::string> subjects() {
   return all;
 }
 
-struct Options {
+struct PlotOptions {
   std::vector<std::string> files;
   std::vector<std::string> what;
   std::string reference;
@@ -31,7 +31,7 @@ struct Options {
 };
 
 // A file that does not hold poses, such as the beat.
-const std::string& only_file(const Options& options, const std::string& what) {
+const std::string& only_file(const PlotOptions& options, const std::string& what) {
   if (options.files.size() != 1)
     throw std::invalid_argument("--what " + what + ": takes one file only");
   return options.files.front();
@@ -47,7 +47,7 @@ std::vector<Figure> innovations_of(const std::string& file) {
 }
 
 // Reads the poses and, from a running daemon, the beat.
-PlotInput read_input(const Options& options, std::optional<odom_beat>& beat) {
+PlotInput read_input(const PlotOptions& options, std::optional<odom_beat>& beat) {
   PlotInput input;
   if (options.seconds > 0.0) {
     LiveTrack live = follow_daemon(options.shm, options.seconds, options.frame, plot_columns());
@@ -67,7 +67,7 @@ PlotInput read_input(const Options& options, std::optional<odom_beat>& beat) {
   return input;
 }
 
-void run_plot(const Options& options) {
+void run_plot(const PlotOptions& options) {
   chart::check_picture(options.out);
   const bool live = options.seconds > 0.0;
   std::vector<chart::Drawing> drawings;
@@ -95,7 +95,7 @@ void run_plot(const Options& options) {
 }  // namespace
 
 void add_plot(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlotOptions>();
   Command command =
       odom.add_subcommand("plot", "Draw pose files, or the poses of the running daemon");
   command.add("CSV", "TEXT", options->files,

@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct Options {
+struct PoseOptions {
   std::string shm;
   bool json = false;
   bool follow = false;
@@ -68,7 +68,7 @@ std::string as_json(const odom_pose& pose, std::int64_t age_ns, odom_clock clock
   return json.dump(2) + '\n';
 }
 
-void print_once(const Options& options, odom::Client& client) {
+void print_once(const PoseOptions& options, odom::Client& client) {
   const auto latest = client.latest_details();
   if (!latest.has_value()) throw std::runtime_error(latest.message());
   const odom_pose& pose = latest->pose;
@@ -99,7 +99,7 @@ std::string as_line(const odom_pose& pose, std::int64_t t_ns) {
                      mode_name(pose.mode));
 }
 
-void follow(const Options& options, odom::Client client) {
+void follow(const PoseOptions& options, odom::Client client) {
   // A short delay of the daemon does not count as its end.
   const std::chrono::milliseconds timeout{options.until_stale ? 500 : 100};
   constexpr double people_hz = 5.0;
@@ -143,7 +143,7 @@ void follow(const Options& options, odom::Client client) {
 }  // namespace
 
 void add_pose(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PoseOptions>();
   Command command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
   add_segment_option(command, options->shm);
   command.add_choice("--clock", options->clock, clocks(),

@@ -16,7 +16,7 @@ namespace {
 using daemon::RecordingMessage;
 using std::chrono::steady_clock;
 
-struct Options {
+struct RecordOptions {
   std::string socket;
   std::string out;
   double duration_s = 0.0;  // 0: until interrupted
@@ -35,7 +35,7 @@ std::string name_of_now() {
 // Records one drive after another until it is stopped.
 class Recorder {
  public:
-  explicit Recorder(const Options& options) : options_(options) {}
+  explicit Recorder(const RecordOptions& options) : options_(options) {}
 
   void run() {
     if (!options_.out.empty() && std::filesystem::exists(options_.out)) {
@@ -205,7 +205,7 @@ class Recorder {
   static constexpr double flush_s = 0.5;
   static constexpr const char* stopped = "the recorder was stopped";
 
-  const Options& options_;
+  const RecordOptions& options_;
   std::string socket_;
   Interrupt interrupt_;
   steady_clock::time_point start_ = steady_clock::now();
@@ -219,7 +219,7 @@ class Recorder {
 }  // namespace
 
 void add_record(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RecordOptions>();
   Command command = odom.add_subcommand(
       "record", "Record a drive: everything that the running daemon receives and publishes");
   command.add("--out", "DIR", options->out, "Folder to create; default: drive-DATE-TIME");

@@ -16,13 +16,12 @@
 #include "tools/replay/log_options.hpp"
 #include "tools/replay/recording.hpp"
 #include "tools/replay/replay_checks.hpp"
-#include "tools/replay/trajectory_checks.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   std::string drive;
   std::string config;
   std::vector<std::string> logs;
@@ -38,7 +37,7 @@ struct Options {
   can::Damage damage = can::Damage::left_out;
 };
 
-daemon::Config configuration(const Options& options) {
+daemon::Config configuration(const ReplayOptions& options) {
   daemon::Config config =
       options.drive.empty()
           ? daemon::load_config(options.config)
@@ -51,7 +50,8 @@ daemon::Config configuration(const Options& options) {
   return config;
 }
 
-std::vector<std::filesystem::path> inputs_of(const Options& options, const daemon::Config& config) {
+std::vector<std::filesystem::path> inputs_of(const ReplayOptions& options,
+                                             const daemon::Config& config) {
   std::vector<std::filesystem::path> inputs = config.can.dbc;
   inputs.insert(inputs.end(), {config.file, options.camera});
   for (const std::string& source : config.can.sources)
@@ -60,7 +60,7 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const daemo
 }
 
 // `outputs`: number and kind of the results; `more`: further members of the JSON.
-void report(const Options& options, const ReplaySummary& summary, double seconds,
+void report(const ReplayOptions& options, const ReplaySummary& summary, double seconds,
             const diagnostics::Diagnostics& warnings, const std::string& outputs,
             const nlohmann::ordered_json& more = nlohmann::ordered_json::object()) {
   if (options.json) {
@@ -86,7 +86,7 @@ ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::Merg
   throw PauseError(log.position() + error.what());
 }
 
-void run(Options options) {
+void run(ReplayOptions options) {
   daemon::Config config = configuration(options);
   if (const auto own = std::filesystem::path(options.drive) / "camera.csv";
       !options.drive.empty() && options.camera.empty() && std::filesystem::exists(own))
@@ -154,7 +154,7 @@ std::vector<std::filesystem::path> files_of(const Recording& recording) {
   return all;
 }
 
-void replay_recording(const Options& options) {
+void replay_recording(const ReplayOptions& options) {
   const Recording recording = open_recording(options.recording);
   check_outputs(std::vector<Output>{{"--out", options.out}}, files_of(recording));
   std::optional<WholeFile> file;
@@ -197,7 +197,7 @@ void replay_recording(const Options& options) {
 }  // namespace
 
 void add_replay(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   Command replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine allows");
   replay.add("--drive,DIR", "DIR", options->drive,

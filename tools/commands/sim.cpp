@@ -11,7 +11,7 @@
 namespace odomd::tools {
 namespace {
 
-struct Arguments {
+struct SimArguments {
   sim::RunOptions run;
   std::vector<std::optional<double>> sizes =
       std::vector<std::optional<double>>(sim::parameter_count);
@@ -33,7 +33,7 @@ struct Arguments {
   bool progress = false;
 };
 
-sim::RunOptions run_options(const Arguments& arguments) {
+sim::RunOptions run_options(const SimArguments& arguments) {
   sim::RunOptions run = arguments.run;
   if (!arguments.car.empty()) run.car = sim::find_car(arguments.car);
   if (arguments.servo) run.sizes = sim::slow_servo();
@@ -67,7 +67,7 @@ struct Counts {
   std::uint64_t camera = 0;
 };
 
-void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Simulation& drive,
+void report(const SimArguments& arguments, const sim::RunPlan& plan, const sim::Simulation& drive,
             const Counts& counts) {
   const sim::PlantOutput& end = drive.plant().output();
   const double duration = 1e-9 * static_cast<double>(drive.time_ns());
@@ -93,7 +93,7 @@ void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Sim
     std::cout << text;
 }
 
-void simulate(const Arguments& arguments) {
+void simulate(const SimArguments& arguments) {
   if (arguments.list) return list_scenarios();
   const std::string can = arguments.can.empty() && arguments.live ? "-" : arguments.can;
   if (!arguments.live && !arguments.config_only && !can.empty())
@@ -174,7 +174,7 @@ std::string scenario_names() {
   return names;
 }
 
-void add_parameter_options(Command command, Arguments& arguments) {
+void add_parameter_options(Command command, SimArguments& arguments) {
   for (const sim::ParameterInfo& info : sim::parameter_table()) {
     std::string option = "--" + std::string(info.name);
     for (char& letter : option)
@@ -204,7 +204,7 @@ void add_parameter_options(Command command, Arguments& arguments) {
 }  // namespace
 
 void add_sim(Command odom) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimArguments>();
   Command command =
       odom.add_subcommand("sim", "Simulate a drive, into a folder or live in real time");
   command.footer(

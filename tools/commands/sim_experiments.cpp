@@ -7,13 +7,14 @@ namespace {
 
 using Experiment = nlohmann::ordered_json (*)(const sim::ExperimentOptions&);
 
-struct Arguments {
+struct ExperimentArguments {
   sim::ExperimentOptions options;
   bool json = false;
 };
 
 Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
-                       Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
+                       Experiment experiment,
+                       const std::shared_ptr<ExperimentArguments>& arguments) {
   Command command = sim.add_subcommand(name, sentence);
   command.add("--out", "DIR", arguments->options.folder, "Folder for the results", {required()});
   command.add_flag("--force", arguments->options.existing, sim::Existing::replace,
@@ -35,7 +36,7 @@ Command add_experiment(Command sim, const std::string& name, const std::string& 
 }  // namespace
 
 void add_sim_experiments(Command sim) {
-  const auto swing = std::make_shared<Arguments>();
+  const auto swing = std::make_shared<ExperimentArguments>();
   Command swing_command =
       add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
                      sim::simulate_swing, swing);
@@ -49,7 +50,7 @@ void add_sim_experiments(Command sim) {
       "Examples:\n"
       "  odom sim swing --seed 7 --out swing\n"
       "  odom sim swing --duration 60 --out swing --force --json");
-  const auto weighing = std::make_shared<Arguments>();
+  const auto weighing = std::make_shared<ExperimentArguments>();
   add_experiment(sim, "weighing",
                  "Weigh a simulated car, for odom identify mass and odom identify cog",
                  sim::simulate_weighing, weighing)

@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-struct Options {
+struct StatusOptions {
   std::string socket;
   bool json = false;
   bool open_metrics = false;
@@ -27,7 +27,7 @@ void print_open_metrics(const std::string& named) {
   std::cout << open_metrics(status);
 }
 
-void run_status(const Options& options) {
+void run_status(const StatusOptions& options) {
   const std::string document = fetch_status(options.socket);
   const nlohmann::json first = parse_status(document, options.socket);
   if (options.json) {
@@ -51,7 +51,7 @@ void run_status(const Options& options) {
 }  // namespace
 
 void add_status(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   Command command = odom.add_subcommand("status", "Show the daemon's status");
   add_socket_option(command, options->socket, "status");
   command.add_flag("--json", options->json, "Print the daemon's status as JSON");

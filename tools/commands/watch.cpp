@@ -15,13 +15,13 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct Options {
+struct WatchOptions {
   watch::Target target;
   double interval_s = 0.5;
   bool once = false;
 };
 
-steady_clock::duration interval_of(const Options& options) {
+steady_clock::duration interval_of(const WatchOptions& options) {
   return std::chrono::duration_cast<steady_clock::duration>(
       std::chrono::duration<double>(options.interval_s));
 }
@@ -38,7 +38,7 @@ void scroll(watch::Key key, std::size_t most, watch::View& view) {
   view.scrolled = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(first + step, 0, last));
 }
 
-void watch_on_screen(const Options& options, watch::Observer& observer) {
+void watch_on_screen(const WatchOptions& options, watch::Observer& observer) {
   watch::Terminal terminal{watch::colour_wanted()};
   watch::View view;
   auto next = steady_clock::now();
@@ -87,7 +87,7 @@ std::string why_waiting(const watch::State& state) {
 }
 
 // Prints a snapshot per interval; without a daemon only one, and a line on standard error.
-void watch_on_paper(const Options& options, watch::Observer& observer) {
+void watch_on_paper(const WatchOptions& options, watch::Observer& observer) {
   Interrupt interrupt;
   bool waiting = false;
   for (auto next = steady_clock::now(); std::cout && has_reader() && !interrupt.requested();
@@ -124,7 +124,7 @@ void print_once(watch::Observer& observer) {
   }
 }
 
-void run(const Options& options) {
+void run(const WatchOptions& options) {
   watch::Observer observer{options.target};
   if (options.once) {
     print_once(observer);
@@ -138,7 +138,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_watch(Command odom) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WatchOptions>();
   Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
   add_segment_option(command, options->target.segment, SegmentElse::of_socket);
   add_socket_option(command, options->target.socket, "status");

@@ -19,7 +19,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::found;
-using diagnostics::kind;
 using Eigen::ArrayXd;
 using estimator::Source;
 

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/seconds.hpp"
 #include "estimator/common/estimate.hpp"
 #include "tools/cli/csv.hpp"
 
@@ -22,9 +23,6 @@ using D = const odom_details&;
 
 double sigma(double variance) {
   return std::sqrt(variance > 0.0 ? variance : 0.0);
-}
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
 }
 
 // Covariances: odom_pose has xx, xy, xyaw, yy, yyaw, yawyaw; odom_details the variances of vx, vy

@@ -14,7 +14,7 @@ namespace odomd::tools {
 namespace {
 
 // Indices of the first column of the motion, and of the columns that only a pose in the map has.
-constexpr std::size_t motion = 4, sigma = 7;
+constexpr std::size_t first_motion = 4, first_sigma = 7;
 
 // The file contains the square roots of the variances.
 constexpr auto map_columns = [](auto&& cell, auto& point) {
@@ -55,20 +55,20 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
                            const std::vector<std::string>& further) {
   std::vector<std::string> names = names_of<TrajectoryPoint>(map_columns);
   if (frame == Frame::odom) {
-    names.resize(sigma);
-    for (std::size_t i = 1; i < motion; ++i) names[i].insert(0, "odom_");
+    names.resize(first_sigma);
+    for (std::size_t i = 1; i < first_motion; ++i) names[i].insert(0, "odom_");
   }
   const std::size_t first_further = names.size();
   names.insert(names.end(), further.begin(), further.end());
-  CsvReader reader{input, name, names, LastLine::keep_whole, {.required = motion}};
+  CsvReader reader{input, name, names, LastLine::keep_whole, {.required = first_motion}};
   const auto has_all = [&](std::size_t first) {
     return reader.has(first) && reader.has(first + 1) && reader.has(first + 2);
   };
   Trajectory trajectory;
   trajectory.name = name;
   trajectory.columns.resize(further.size());
-  trajectory.has_motion = has_all(motion);
-  trajectory.has_covariance = frame == Frame::map && has_all(sigma);
+  trajectory.has_motion = has_all(first_motion);
+  trajectory.has_covariance = frame == Frame::map && has_all(first_sigma);
 
   std::size_t repeated = 0;
   std::string first_repeated;
@@ -76,7 +76,7 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
     auto point = frame == Frame::odom ? read_row<TrajectoryPoint>(reader, point_columns)
                                       : read_row<TrajectoryPoint>(reader, map_columns);
     for (std::size_t i = 0; i < 3; ++i)
-      square(point.covariance[std::array<std::size_t, 3>{0, 3, 5}[i]], reader, sigma + i);
+      square(point.covariance[std::array<std::size_t, 3>{0, 3, 5}[i]], reader, first_sigma + i);
     if (!trajectory.points.empty()) {
       const TrajectoryPoint& before = trajectory.points.back();
       if (point.t_ns < before.t_ns) {

@@ -17,7 +17,7 @@
 #include "tools/evaluation/evaluation.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
 #include "tools/math/se2.hpp"
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {

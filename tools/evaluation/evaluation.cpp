@@ -48,7 +48,7 @@ void add_path(std::span<const TrajectoryPoint> path, Evaluation& result) {
 std::int64_t stuck_ns(std::span<const Pair> pairs) {
   constexpr double still = 0.005;  // m, maximum motion of the reference
   constexpr double driven = 0.5;   // m, minimum motion of the estimate
-  constexpr std::int64_t least_ns = 1'000'000'000;
+  constexpr std::int64_t shortest_ns = 1'000'000'000;
   std::int64_t all_ns = 0;
   for (std::size_t first = 0; first < pairs.size();) {
     const Pair& begin = pairs[first];
@@ -62,7 +62,7 @@ std::int64_t stuck_ns(std::span<const Pair> pairs) {
       away = std::max(away, distance(from.pose, now.pose));
     }
     const std::int64_t stood_ns = pairs[end - 1].estimate.t_ns - begin.estimate.t_ns;
-    if (stood_ns >= least_ns && away > driven) all_ns += stood_ns;
+    if (stood_ns >= shortest_ns && away > driven) all_ns += stood_ns;
     first = end;
   }
   return all_ns;

@@ -91,8 +91,8 @@ struct Evaluation {
 [[nodiscard]] Evaluation without_errors(const Evaluation& open);
 
 /// Checks with the best estimate that the car came back. Throws std::invalid_argument if it moved
-/// less than 1 m, or ends more than a tenth of the path, half the largest distance, or 45° from the
-/// start. More than 3 % of the path or 20° gives a diagnostic: estimate or car may be off.
+/// less than 1 m, or if start and end differ by over 45°, a tenth of the path, or half the farthest
+/// distance. Over 3 % of the path or 20° gives a diagnostic: estimate or car may be off.
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_that_it_closes(
     const std::string& drive, std::span<const Evaluation> evaluations);
 

@@ -9,10 +9,11 @@
 
 #include <fmt/format.h>
 
+#include "base/seconds.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -99,7 +100,6 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
     const auto report = [&](const diagnostics::Kind& kind, const std::string& seen) {
       drive.warnings.push_back(found(kind, e.name, seen));
     };
-    const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
     const double whole_s = seconds(points.back().t_ns - points.front().t_ns);
     // A camera reference has gaps, in which nothing is compared.
     const double covered_s =

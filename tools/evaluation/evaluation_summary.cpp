@@ -39,7 +39,7 @@ constexpr std::array<Column, 8> columns{{
     {"NIS factor", 2, "nis_factor", 1.0, "NIS factor (expected: 1)"},
     {"path [m]", 1, "path_length", 1.0, "path length [m]"},
 }};
-constexpr std::size_t per_metre = 0, better = 3;
+constexpr std::size_t per_metre = 0, better_percent = 3;
 
 // One line of the table; a missing figure is a dash.
 struct Figures {
@@ -80,12 +80,13 @@ std::vector<Figures> all_figures(std::span<const EvaluatedDrive> drives) {
     for (std::size_t at = i; at < all.size(); at += names.size()) rows.push_back(&all[at]);
     means.push_back({"mean of " + std::to_string(drives.size()), names[i], {}});
     for (std::size_t k = 0; k < columns.size(); ++k)
-      if (k != better) means.back().values[k] = mean(rows, k);
+      if (k != better_percent) means.back().values[k] = mean(rows, k);
   }
   const std::size_t baseline = drives.front().report.baseline;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const Value its = means[i].values[per_metre], before = means[baseline].values[per_metre];
-    if (i != baseline && its && before) means[i].values[better] = improvement(*its, *before);
+    if (i != baseline && its && before)
+      means[i].values[better_percent] = improvement(*its, *before);
   }
   all.insert(all.end(), means.begin(), means.end());
   return all;

@@ -26,7 +26,7 @@ class FrameFault {
   /// Takes a frame and appends the frames that are due by its time, in order.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
 
-  /// Appends the held-back frames that are due by `now_ns`; with the largest time, all.
+  /// Appends the held-back frames that are due by `now_ns`; INT64_MAX: all of them.
   void release(std::int64_t now_ns, std::vector<can::Frame>& out);
 
   /// The number of frames affected so far.

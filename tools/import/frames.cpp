@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "can_protocol/decode/message_encoder.hpp"
-#include "tools/import/drive_parts.hpp"
+#include "tools/import/import.hpp"
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {

@@ -9,23 +9,19 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/seconds.hpp"
 #include "can_protocol/sources/candump.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/config_sections.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
-#include "tools/import/drive_parts.hpp"
 #include "tools/init/init.hpp"
 
 namespace odomd::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-double seconds(std::int64_t time_ns) {
-  return static_cast<double>(time_ns) * 1e-9;
-}
 
 /// Names and texts; a file without a text is not written.
 using Files = std::vector<std::pair<const char*, std::string>>;
@@ -103,14 +99,13 @@ std::string role_line(const ImportedRole& role) {
   // The default is three periods of the table, as its stamps may be less regular than a bus's.
   constexpr double min_timeout = 0.1, max_timeout = 60.0;
   const double timeout = column.settings.timeout_ns > 0
-                             ? static_cast<double>(column.settings.timeout_ns) * 1e-9
+                             ? seconds(column.settings.timeout_ns)
                              : std::clamp(3.0 * role.period_s, min_timeout, max_timeout);
   std::string text = fmt::format(
       "{} = {{ message = \"{}\", signal = \"{}\", unit = \"{}\", sigma = {:.6g}, timeout = {:.3g}",
       column.role, role.target->message, role.target->signal, role.target->unit,
       column.settings.sigma, timeout);
-  if (column.latency_ns > 0)
-    text += fmt::format(", latency = {:.6g}", static_cast<double>(column.latency_ns) * 1e-9);
+  if (column.latency_ns > 0) text += fmt::format(", latency = {:.6g}", seconds(column.latency_ns));
   if (column.settings.dead_band > 0.0)
     text += fmt::format(", dead_band = {:.6g}", column.settings.dead_band);
   if (role.has_bus) text += fmt::format(", bus = \"{}\"", bus_name(role.bus));

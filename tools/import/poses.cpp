@@ -10,7 +10,7 @@
 #include "tools/cli/csv.hpp"
 #include "tools/drive_files/drive_tables.hpp"
 #include "tools/drive_files/table.hpp"
-#include "tools/import/drive_parts.hpp"
+#include "tools/import/import.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "base/nearest_name.hpp"
-#include "base/utf8.hpp"
+#include "base/printable.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/text.hpp"

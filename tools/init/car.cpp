@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/common/inputs.hpp"
 
 namespace odomd::tools {

@@ -1,6 +1,6 @@
 // A companion's name without a token is its signal's name or its beginning: "IMU_YawSigSta" belongs
 // to "IMU_YawRtVal".
-#include "tools/init/roles.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <algorithm>
 #include <array>
@@ -45,7 +45,7 @@ std::string squeezed(std::string_view name) {
 
 enum class Match : std::uint8_t { none, message, begin, whole };
 
-/// How well `candidate`, without a token, matches the measured signal's name or its beginning.
+/// What `candidate`, with a token removed, matches: the signal, its beginning, or the message.
 Match match(const can::Message& message, const can::Signal& measured, const can::Signal& candidate,
             Vocabulary tokens) {
   const std::string name = squeezed(candidate.name), own = squeezed(measured.name);

@@ -12,7 +12,7 @@
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/sim/car_bus.hpp"
 
 namespace odomd::tools {

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "can_protocol/decode/units.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,6 +1,6 @@
 // A role is described by groups of words. Each group must match a word in the name of the signal or
 // of its message, or the unit.
-#include "tools/init/roles.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,6 @@
 namespace odomd::tools {
 namespace {
 
-using can::Dimension;
 using can::NameWords;
 using estimator::Quantity;
 using estimator::Side;
@@ -35,7 +34,7 @@ constexpr auto rate_word = std::to_array<std::string_view>({"rate"});
 
 struct Seen {
   NameWords own, around;  ///< of the signal and of its message
-  Dimension dimension = Dimension::none;
+  can::Dimension dimension = can::Dimension::none;
 };
 
 /// How well a signal fits a role, and why it may not.
@@ -107,8 +106,8 @@ can::Unit usual_unit(Source role) {
   }
 }
 
-Dimension dimension_of(Source role) {
-  return role == Source::direction ? Dimension::none : can::dimension_of(usual_unit(role));
+can::Dimension dimension_of(Source role) {
+  return role == Source::direction ? can::Dimension::none : can::dimension_of(usual_unit(role));
 }
 
 void fit_words(Fit& fit, Source role) {
@@ -121,18 +120,18 @@ void fit_words(Fit& fit, Source role) {
     for (const Vocabulary other : others)
       if (has(fit.seen.own, other)) fit.possible = false;
   };
-  const Dimension unit = fit.seen.dimension;
+  const can::Dimension unit = fit.seen.dimension;
   if (role == Source::yaw_rate) {
-    describe(yaw, false, rate, unit == Dimension::angular_rate, {steering});
+    describe(yaw, false, rate, unit == can::Dimension::angular_rate, {steering});
     if (has_word(fit.seen.own, axis_words) ||
-        (has(fit.seen.own, acceleration) && unit == Dimension::none))
+        (has(fit.seen.own, acceleration) && unit == can::Dimension::none))
       fit.possible = false;
   } else if (role == Source::accel_x) {
-    describe(acceleration, unit == Dimension::acceleration, along, false, {across});
+    describe(acceleration, unit == can::Dimension::acceleration, along, false, {across});
   } else if (role == Source::accel_y) {
-    describe(acceleration, unit == Dimension::acceleration, across, false, {along});
+    describe(acceleration, unit == can::Dimension::acceleration, across, false, {along});
   } else if (role == Source::motor) {
-    describe(motor, false, speed, unit == Dimension::speed, {});
+    describe(motor, false, speed, unit == can::Dimension::speed, {});
   } else if (role == Source::steering) {
     describe(steering, false, angle, true, {rear, speed});
     if (has_word(fit.seen.own, rate_word)) fit.possible = false;
@@ -146,15 +145,15 @@ void fit_words(Fit& fit, Source role) {
 }
 
 /// Whether the role can have the dimension; wheel speeds may be sent as angular velocities.
-bool is_unit_of(Source role, Dimension dimension) {
+bool is_unit_of(Source role, can::Dimension dimension) {
   return dimension == dimension_of(role) ||
-         (estimator::is_wheel(role) && dimension == Dimension::angular_rate);
+         (estimator::is_wheel(role) && dimension == can::Dimension::angular_rate);
 }
 
 /// Whether the unit is that of a ratio or a count, which only a steering command can have.
 bool is_dimensionless(std::string_view text) {
   const auto unit = can::unit_of_text(text);
-  if (unit) return can::dimension_of(*unit) == Dimension::none;
+  if (unit) return can::dimension_of(*unit) == can::Dimension::none;
   const NameWords words = can::words_of(text);
   return words.size() == 1 && has_word(words, no_dimension);
 }
@@ -170,7 +169,7 @@ Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
   const bool other = can::is_other_unit(signal.unit) ||
                      (is_dimensionless(signal.unit) && role != Source::steering);
   const bool fits = is_unit_of(role, seen.dimension);
-  if (other || signal.length < shortest || (seen.dimension != Dimension::none && !fits) ||
+  if (other || signal.length < shortest || (seen.dimension != can::Dimension::none && !fits) ||
       is_another(seen)) {
     fit.possible = false;
     return fit;
@@ -248,14 +247,14 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
         }
         const auto unit = can::unit_of_text(signal.unit);
         const Seen seen{split_words(signal.name), around,
-                        unit ? can::dimension_of(*unit) : Dimension::none};
+                        unit ? can::dimension_of(*unit) : can::Dimension::none};
         Fit fit = fit_of(role, seen, signal);
         if (!fit.possible || has(seen.own, fraction_words)) continue;
         Candidate& candidate = found.emplace_back();
         candidate.role = role;
         candidate.message = &message;
         candidate.signal = &signal;
-        candidate.unit = seen.dimension != Dimension::none ? *unit : usual_unit(role);
+        candidate.unit = seen.dimension != can::Dimension::none ? *unit : usual_unit(role);
         candidate.score = fit.score;
         candidate.warnings = std::move(fit.warnings);
         candidate.valid_when = validity_of(message, signal);

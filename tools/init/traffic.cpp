@@ -13,7 +13,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/live/listen.hpp"
 
 namespace odomd::tools {

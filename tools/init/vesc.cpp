@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

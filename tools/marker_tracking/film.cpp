@@ -18,7 +18,6 @@
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -14,7 +14,6 @@
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/marker_tracking/film.hpp"
-#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

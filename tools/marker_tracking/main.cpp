@@ -13,7 +13,6 @@
 #include "tools/marker_tracking/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"
 #include "tools/marker_tracking/options.hpp"
-#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

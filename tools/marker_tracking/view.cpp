@@ -1,4 +1,3 @@
-#include "tools/marker_tracking/view.hpp"
 
 #include <fmt/format.h>
 

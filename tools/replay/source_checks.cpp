@@ -23,7 +23,7 @@ using estimator::Verdict;
 
 constexpr double long_flagged_s = 1.0;
 constexpr double long_part = 0.1;  // share of a drive under 10 s
-constexpr std::uint64_t min_samples = 10;
+constexpr std::uint64_t min_judged = 10;
 
 // All flags but slipping, which is temporary, and missing signals, which the mode shows.
 constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_finite,
@@ -62,7 +62,7 @@ bool is_long(const ReplaySummary& summary, std::uint64_t count) {
 }
 
 // The duration of `count` ticks.
-std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
+std::string for_seconds(const ReplaySummary& summary, std::uint64_t count) {
   const double drive_s = drive_seconds(summary);
   return fmt::format(" (for {:.1f} of {:.1f} s)", share(summary, count) * drive_s, drive_s);
 }
@@ -71,7 +71,7 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
 void add(diagnostics::Diagnostics& warnings, std::optional<diagnostics::Diagnostic> warning,
          const ReplaySummary& summary, std::uint64_t count) {
   if (!warning) return;
-  warning->seen += seconds(summary, count);
+  warning->seen += for_seconds(summary, count);
   append(warnings, std::move(warning));
 }
 
@@ -173,7 +173,7 @@ std::optional<diagnostics::Diagnostic> unused(const can::Decoder& decoder,
       summary.flagged[source][static_cast<std::size_t>(SourceFlag::timed_out)];
   if (kind.limits.hold(share(summary, silent))) return std::nullopt;
   return found(kind, label(decoder, source),
-               "it gave no value in its timeout" + seconds(summary, silent),
+               "it gave no value in its timeout" + for_seconds(summary, silent),
                fmt::format("check the rate of its frames, and can.signals.{0}: valid_when, timeout",
                            estimator::source_names[source]));
 }
@@ -189,7 +189,7 @@ std::optional<diagnostics::Diagnostic> check_gating(Source source, const std::st
                                                     std::uint64_t gated, std::uint64_t judged) {
   constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
   const double part = static_cast<double>(gated) / static_cast<double>(judged);
-  if (judged < min_samples || often_gated.limits.hold(part)) return std::nullopt;
+  if (judged < min_judged || often_gated.limits.hold(part)) return std::nullopt;
   return found(often_gated, label,
                fmt::format("{} of its {} samples ({:.0f} %) were gated: they differ too much from "
                            "the filter's prediction",

@@ -1,4 +1,4 @@
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/seconds.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/math/median.hpp"
@@ -118,7 +119,6 @@ std::optional<Diagnostic> check_coverage(const Trajectory& reference, const Traj
   }
   constexpr const diagnostics::Kind& part = kind("estimate_covers_part");
   if (whole_m < min_distance || part.limits.hold(covered_m / whole_m)) return std::nullopt;
-  const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
   return found(
       part, estimate.name,
       fmt::format("it covers {:.1f} s and {:.1f} m of the reference's {:.1f} s and {:.1f} m",
@@ -172,7 +172,7 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
   const auto& arm = config.camera.lever_arm;
   const Pose2 lever_arm{arm[0], arm[1], arm[2]};
   const auto gap_s = [first_tick_ns](const CameraPose& seen) {
-    return std::fabs(static_cast<double>(seen.capture_ns - first_tick_ns) * 1e-9);
+    return std::fabs(seconds(seen.capture_ns - first_tick_ns));
   };
   const auto is_soon = [&](const CameraPose& seen) { return gap_s(seen) <= soon_s; };
   const auto first = std::ranges::find_if(cameras, is_soon);
@@ -180,8 +180,7 @@ std::optional<Diagnostic> check_initial_pose(const daemon::Config& config,
   const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
 
   // Speed between these poses; between first tick and a pose it may have been 1.5 times as high.
-  const double between_s =
-      std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
+  const double between_s = std::max(seconds(last->capture_ns - first->capture_ns), 1e-3);
   const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;
   const double rate = turn({0.0, 0.0, last->yaw - first->yaw}) / between_s;
   for (const CameraPose& seen : {*first, *last}) {  // either may be an outlier

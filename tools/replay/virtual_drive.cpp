@@ -7,7 +7,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/math/median.hpp"
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 

@@ -6,8 +6,6 @@
 #include <sstream>
 #include <tuple>
 
-#include "can_protocol/decode/crc8.hpp"
-#include "tests/gtest.hpp"
 #include "tests/scratch.hpp"
 #include "tests/table.hpp"
 

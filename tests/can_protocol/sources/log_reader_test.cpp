@@ -8,7 +8,6 @@
 
 #include "can_protocol/sources/candump.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
-#include "tests/gtest.hpp"
 #include "tests/recorded_drives.hpp"
 #include "tests/table.hpp"
 

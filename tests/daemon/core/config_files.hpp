@@ -29,7 +29,7 @@ class ConfigTest : public testing::Test {
     return config.warnings;
   }
 
-  /// The error of `odomd --check` without the directory; empty if there is none.
+  /// The error of loading file and databases, without the directory's path; empty if all is well.
   [[nodiscard]] std::string error_of(const std::string& text) const {
     return in_one_line(message_of([&] { static_cast<void>(warnings_of(text)); }));
   }

@@ -8,7 +8,6 @@
 #include "estimator/common/pose.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/estimator/drive.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::dead_reckoning_test {
 namespace {

@@ -10,7 +10,6 @@
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/driving_cases.hpp"
 #include "tests/estimator/golden.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::paper_test {
 namespace {

@@ -1,7 +1,6 @@
 // Steps between samples: their length, the steering actuator, and a standing car.
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::advance_test {
 namespace {

@@ -2,7 +2,6 @@
 // poses.
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::apply_integrity_test {
 namespace {
@@ -70,7 +69,7 @@ TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
   ASSERT_TRUE(car.stands());
   for (int i = 0; i < 8; ++i) {
     car.drive(0.245, backwards(1.0, 0.0));
-    car.push(Source::wheel_rear_left, -1.0);  // corrupt: no wheel has a sign
+    car.push(Source::wheel_rear_left, -1.0);  // corrupt: wheel speeds are unsigned
     car.tick(backwards(1.0, 0.0));
   }
   ASSERT_FALSE(car.state.integrity.backwards());

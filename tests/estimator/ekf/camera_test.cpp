@@ -8,7 +8,6 @@
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/ekf/states.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::camera_test {
 namespace {
@@ -264,7 +263,7 @@ TEST(FullCamera, OutliersAreNeverAccepted) {
   for (int i = 1; i < 500; ++i) {
     const Pose2 off{anywhere(random), 1.0 + std::abs(anywhere(random)), anywhere(random)};
     car.pose(i, off);
-    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.3) << i;  // one outlier in the widened gate
+    EXPECT_LT(std::abs(car.state.mean[at::y]), 0.3) << i;  // effect of one outlier, wide gate
   }
   EXPECT_EQ(car.state.resets, 0U);
 }

@@ -7,7 +7,6 @@
 
 #include "estimator/full_filter.hpp"
 #include "tests/estimator/circle_drive.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::testing::camera_trust_test {
 namespace {

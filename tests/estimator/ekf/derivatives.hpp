@@ -75,7 +75,7 @@ struct LinearStep {
   SlowMatrix slow_noise = SlowMatrix::Zero();
 };
 
-/// Reads ∂f/∂s and F off the sensitivity, B ← F B + ∂f/∂s, with B = 0 and with unit vectors.
+/// The step B ← F B + ∂f/∂s gives ∂f/∂s if B = 0, and the columns of F if B has unit vectors.
 inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
   state.covariance.setZero();
   const double softness = state.variance(slow::softness);  // the noise depends on this

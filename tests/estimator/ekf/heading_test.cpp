@@ -1,7 +1,6 @@
 // The yaw from the gyro: its integral, bias, scale and noise. The sign of unsigned wheel speeds,
 // from the samples of the direction and without them.
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::heading_test {
 namespace {

@@ -94,7 +94,7 @@ TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   EXPECT_NEAR(predict_accel_y(model, input, state, sigma, dt).value,
               1.1 * (1.5 * yaw_rate - yaw_rate * yaw_rate * 0.015) + 0.25, 1e-6);
 
-  // Off the circle, the IMU's position ahead of the centre of gravity adds a part of ψ̈.
+  // If the yaw rate changes, an IMU at x ahead of the centre of gravity also measures x ψ̈.
   state.slow.mean.setZero();
   state.mean[at::yaw_rate] = 0.0;
   const double at_imu = predict_accel_y(model, input, state, sigma, dt).value;

@@ -5,7 +5,6 @@
 #include "estimator/ekf/publication.hpp"
 #include "tests/estimator/ekf/states.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::judge_test {
 namespace {

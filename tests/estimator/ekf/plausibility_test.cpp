@@ -5,7 +5,6 @@
 #include <random>
 
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::plausibility_test {
 namespace {

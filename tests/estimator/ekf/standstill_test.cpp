@@ -7,7 +7,6 @@
 #include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::standstill_test {
 namespace {

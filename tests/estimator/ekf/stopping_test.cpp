@@ -2,7 +2,6 @@
 #include <random>
 
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::stopping_test {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "estimator/common/symmetric3.hpp"
 #include "tests/estimator/signalled_car.hpp"
-#include "tests/gtest.hpp"
 
 namespace odomd::estimator::full::testing::take_test {
 namespace {

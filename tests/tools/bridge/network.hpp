@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdint>
-#include <string>
 
 #include "tests/tools/child.hpp"
 #include "tests/tools/own_daemon.hpp"

@@ -9,7 +9,6 @@
 #include <iterator>
 #include <set>
 
-#include "tests/gtest.hpp"
 #include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::diagnostics::diagnostic_test {

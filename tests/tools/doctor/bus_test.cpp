@@ -2,7 +2,6 @@
 #include "tools/doctor/doctor.hpp"
 
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tests/tools/fault/small_car.hpp"
 
 namespace odomd::tools::doctor::bus_test {

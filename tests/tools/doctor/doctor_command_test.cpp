@@ -13,7 +13,6 @@
 //   the bus, bus_test.cpp           down, no restart-ms, errors (bit rate), a message that is
 //                                   missing, another rate
 // Each file has more.
-#include <string>
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/own_daemon.hpp"

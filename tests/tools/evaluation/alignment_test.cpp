@@ -290,5 +290,13 @@ TEST(ClosedLoop, IsJudgedByTheBestOfTheEstimates) {
   EXPECT_FALSE(check_that_it_closes("lap", both));
 }
 
+TEST(ClosedLoop, IsWarnedOfATurnAbove20Degrees) {
+  for (const double degrees : {-21.0, 19.0, 21.0}) {
+    Evaluation e = evaluate_closed_loop(lap(1.0));
+    e.heading_end = degrees * std::numbers::pi / 180.0;
+    EXPECT_EQ(check_that_it_closes("lap", std::vector{e}).has_value(), std::abs(degrees) > 20.0);
+  }
+}
+
 }  // namespace
 }  // namespace odomd::tools::alignment_test

@@ -193,6 +193,18 @@ TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
   EXPECT_GE(rows, 2);
 }
 
+TEST(EvaluationReport, HasAnglesInDegreesAndOnlyAgainstACameraItsNoise) {
+  Evaluation e;
+  e.heading.rms = std::numbers::pi;
+  EXPECT_EQ(metric("heading error rms [deg]").value(e, e), 180.0);
+  const auto json_against = [&e](Against against) {
+    e.against = against;
+    return json_of(EvaluationReport{.evaluations = {e}}).dump();
+  };
+  EXPECT_THAT(json_against(Against::camera), HasSubstr("reference_noise"));
+  EXPECT_THAT(json_against(Against::reference), Not(HasSubstr("reference_noise")));
+}
+
 TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {
   EXPECT_THAT(short_names({"a/kin.csv", "b/paper.csv"}), ElementsAre("kin", "paper"));
   EXPECT_THAT(short_names({"a/pose.csv", "b/pose.csv"}), ElementsAre("a/pose.csv", "b/pose.csv"));

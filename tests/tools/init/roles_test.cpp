@@ -1,5 +1,5 @@
 // Assignment of signals to roles, by name, unit and size.
-#include "tools/init/roles.hpp"
+#include "tools/init/proposal.hpp"
 
 #include <optional>
 

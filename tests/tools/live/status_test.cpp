@@ -1,7 +1,6 @@
 // odom status: how it asks for the document and prints it.
 #include <optional>
 #include <tuple>
-#include <vector>
 
 #include "tests/tools/own_daemon.hpp"
 #include "tests/tools/scratch.hpp"

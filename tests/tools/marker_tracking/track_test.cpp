@@ -8,7 +8,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/stiffness/film.hpp"
 #include "tools/marker_tracking/film_renderer.hpp"
-#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools::track_test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/drives.hpp"
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools::trajectory_checks_test {
 namespace {

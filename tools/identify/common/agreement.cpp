@@ -15,7 +15,7 @@
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/math/median.hpp"
-#include "tools/replay/trajectory_checks.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -15,7 +15,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -11,7 +11,6 @@
 #include "can_protocol/sources/stamp_guard.hpp"
 #include "daemon/core/mounting.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/identify/common/finding.hpp"

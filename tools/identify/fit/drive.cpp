@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/fit/parameters.hpp"
 

@@ -9,7 +9,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/fit/window.hpp"
-#include "tools/identify/latency/steering_response.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
@@ -289,9 +289,8 @@ Findings findings_of(const daemon::Config& config, std::span<const FitDrive> dri
   b.add_value(camera_yaw, "camera.lever_arm[2]");
   if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
     add_warning(findings.warnings, kind("one_speed"), {},
-                "the turns are driven at much the same speed, where more steering and softer front "
-                "tyres look alike, as do softer rear tyres and a camera farther ahead: these are "
-                "poorly determined");
+                "the turns have much the same speed: softer front tyres with a larger steering "
+                "scale fit equally well, as do softer rear tyres with a camera farther ahead");
   if (!kind("hard_turns").limits.hold(result.turns.hard))
     add_warning(
         findings.warnings, kind("hard_turns"), {},

@@ -13,7 +13,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -25,9 +25,8 @@ double widening(double variety) {
   return std::clamp(std::pow(exercise_speed_variety / std::max(variety, 1e-3), 2), 1.0, max_factor);
 }
 
-/// At one speed, a larger steering scale looks like softer front tyres, and a camera farther ahead
-/// looks like softer rear tyres, which drift more. An error in such a pair also shifts a third
-/// parameter.
+/// At one speed, softer front tyres with a larger steering scale fit equally well, as do softer
+/// rear tyres with a camera farther ahead. An error in such a pair also shifts a third parameter.
 struct LookAlikes {
   Parameter tyres, other, third;
 };

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tools/cli/command_line.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/parameters.hpp"
 #include "tools/marker_tracking/options.hpp"

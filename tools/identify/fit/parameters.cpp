@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/nearest_name.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/inputs.hpp"
 #include "tools/identify/common/signal_log.hpp"

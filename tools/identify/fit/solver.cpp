@@ -18,7 +18,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/math/median.hpp"
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "daemon/core/config_keys.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 

@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/kinds.hpp"

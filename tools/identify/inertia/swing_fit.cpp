@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -10,7 +10,6 @@
 #include "tools/drive_files/drive_tables.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/steering_response.hpp"
 #include "tools/replay/log_options.hpp"
 
 namespace odomd::tools {

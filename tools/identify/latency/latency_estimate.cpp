@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/agreement.hpp"
 

@@ -1,4 +1,4 @@
-#include "tools/identify/latency/steering_response.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
 
 #include <fmt/format.h>
 
@@ -200,7 +200,7 @@ namespace {
 constexpr double chance = 3.0;  // standard uncertainties that chance explains
 // Sigmas required of a determined value: a tenth of the total, clamped to 10 to 20 ms, for the
 // total; a quarter of the total for delay and lag.
-constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
+constexpr double known_at_least = 0.01, known_at_most = 0.02, known_share = 0.1,
                  separable_below = 0.25;
 constexpr double longest_delay = 0.5, longest_lag = 1.0;  // limits of the configuration [s]
 
@@ -213,7 +213,7 @@ std::string reason_undetermined(const SteeringResponse& response, const Measured
                                 const Measured& delay) {
   const Measured& time_constant = response.time_constant;
   if (!response.failure.empty()) return response.failure;
-  if (!(whole.sigma < std::clamp(known_share * whole.value, known_below, known_at_most)))
+  if (!(whole.sigma < std::clamp(known_share * whole.value, known_at_least, known_at_most)))
     return milliseconds(whole) + " in total; drive with more turns and changes of speed";
   if (whole.value < chance * whole.sigma)
     return "none visible, " + milliseconds(whole) +

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "daemon/core/config.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/common/measured.hpp"
 #include "tools/math/least_squares.hpp"
 #include "tools/math/median.hpp"

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/seconds.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 
@@ -19,10 +20,6 @@ constexpr std::int64_t half_window_ns = 300'000'000;
 constexpr std::int64_t settling_ns = 500'000'000;
 constexpr double shortest_turn = std::numbers::pi;
 constexpr std::size_t samples_per_window = 4;  // minimum, of a signal in the log
-
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 
 struct FilmSample {
   double speed = 0.0, yaw_rate = 0.0;

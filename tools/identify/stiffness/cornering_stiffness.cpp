@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/common/car_model.hpp"
 #include "tools/math/least_squares.hpp"
 

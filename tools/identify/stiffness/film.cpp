@@ -11,7 +11,6 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "daemon/core/config.hpp"
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/inputs.hpp"

@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "daemon/core/config.hpp"
-#include "tools/cli/refuse.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/finding.hpp"

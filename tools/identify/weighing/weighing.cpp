@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/cli/refuse.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/diagnostics/kinds.hpp"
 
 namespace odomd::tools {

@@ -81,8 +81,8 @@ struct Dimensions {
   double level = 0.0;                   ///< standard uncertainty of the car's inclination [rad]
 };
 
-/// The scale with the load shifts of a car of this mass [kg]: on a slope θ the line of action of
-/// its weight moves by h tan θ.
+/// Adds the load shifts due to an unlevel floor, for a car of this mass [kg]: on a slope θ the line
+/// of action of its weight moves by h tan θ.
 [[nodiscard]] Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions);
 
 struct CentreOfGravity {

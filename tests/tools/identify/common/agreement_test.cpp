@@ -3,7 +3,6 @@
 #include <random>
 
 #include "tests/diagnostics.hpp"
-#include "tests/gtest.hpp"
 #include "tools/identify/common/agreement.hpp"
 
 namespace odomd::tools::agreement_test {

@@ -37,7 +37,7 @@ TEST_F(FitCommand, OneSpeedDoesNotSeparateTyresAndSteering) {
   const Outcome outcome = fit("--quiet --config lap/car.toml --drive lap --json",
                               {"relaxation_length", "bend_front", "bend_rear", "load_arm",
                                "imu_yaw", "accel_scale", "wheel_slip", "camera_x", "steering_lag"});
-  EXPECT_THAT(outcome, Ends(0, HasSubstr("turns are driven at much the same speed")));
+  EXPECT_THAT(outcome, Ends(0, HasSubstr("turns have much the same speed")));
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_FALSE(json["details"]["parameters"]["steering_scale"]["determined"]);
   EXPECT_LT(json["details"]["turns"]["speed_variety"], 0.1);

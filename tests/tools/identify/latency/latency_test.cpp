@@ -8,7 +8,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/common/time_shift.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
-#include "tools/identify/latency/steering_response.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {
