@@ -43,6 +43,8 @@ target_compile_options(odomd_options INTERFACE
   -ffp-contract=off
   # GCC 12 warns of overlaps in "literal" + std::string that do not exist (GCC bug 105651).
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>
+  # Clang also warns of local names that another file of the folder has in a namespace.
+  $<$<AND:$<BOOL:${ODOMD_UNITY}>,$<COMPILE_LANG_AND_ID:CXX,Clang>>:-Wno-shadow>
   $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast>)
 target_compile_definitions(odomd_options INTERFACE
   _GNU_SOURCE
