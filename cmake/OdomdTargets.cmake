@@ -69,8 +69,10 @@ function(odomd_library name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY} UNITY_BUILD_MODE GROUP)
   foreach(source ${ARGN})
     get_filename_component(folder ${source} DIRECTORY)
-    string(MAKE_C_IDENTIFIER "of_${folder}" group)
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+    if(NOT IS_ABSOLUTE ${source}) # a generated file is compiled alone
+      string(MAKE_C_IDENTIFIER "of_${folder}" group)
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+    endif()
   endforeach()
 endfunction()
 

@@ -18,7 +18,7 @@ namespace odomd::daemon {
 namespace {
 
 /// A time in nanoseconds as seconds, with six digits.
-std::string seconds(std::int64_t ns) {
+std::string duration(std::int64_t ns) {
   return fmt::format("{:.6g} s", static_cast<double>(ns) * 1e-9);
 }
 
@@ -91,7 +91,7 @@ void add_signals(Lines& lines, const Config& config) {
     const SignalSettings& settings = config.can.signals[binding.channel];
     std::string extra;
     if (!binding.bus.empty()) extra += fmt::format(", only on {}", binding.bus);
-    if (binding.latency_ns != 0) extra += fmt::format(", latency {}", seconds(binding.latency_ns));
+    if (binding.latency_ns != 0) extra += fmt::format(", latency {}", duration(binding.latency_ns));
     if (binding.source) extra += fmt::format(", only from {:#04x}", *binding.source);
     if (binding.sign)
       extra += fmt::format(", negative when {} = {}", binding.sign->signal, binding.sign->negative);
@@ -105,7 +105,7 @@ void add_signals(Lines& lines, const Config& config) {
     if (settings.dead_band > 0.0) extra += fmt::format(", dead band {} m/s", settings.dead_band);
     lines.add(binding.role, "{}.{} {}, sigma {}, time-out {}{}", binding.message,
               fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,
-              seconds(settings.timeout_ns), extra);
+              duration(settings.timeout_ns), extra);
   }
 }
 
@@ -130,7 +130,7 @@ std::string summary(const Config& config, std::span<const can::Database> databas
   if (config.roll_gradient || config.pitch_gradient)
     lines.add("lean", "roll {}, pitch {}", gradient(config.roll_gradient),
               gradient(config.pitch_gradient));
-  lines.add("model", "{}, every {}", name_of(config.model), seconds(config.realtime.period_ns));
+  lines.add("model", "{}, every {}", name_of(config.model), duration(config.realtime.period_ns));
   lines.add("real time", "priority {}, {}", config.realtime.priority,
             config.realtime.cpu < 0 ? std::string("any CPU")
                                     : fmt::format("CPU {}", config.realtime.cpu));

@@ -115,6 +115,7 @@ class E2eTrust {
   bool after_error_ = false;    ///< the newest check was an ERROR
 };
 
+/// AUTOSAR's 8-bit checks: most significant bit first, no reflection.
 template <std::uint8_t polynomial>
 class Crc8 {
  public:

@@ -69,7 +69,7 @@ tools/export: daemon/diagnostics can_protocol/decode estimator/common daemon/cor
 tools/config_patch: daemon/diagnostics daemon/core tools/cli
 tools/sim/car: base estimator/common tools/math tools/cli
 tools/sim/course: tools/sim/car
-tools/sim/sensors: estimator/common tools/math tools/cli tools/sim/car
+tools/sim/sensors: base estimator/common tools/math tools/cli tools/sim/car
 tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
     tools/cli tools/drive_files tools/live tools/sim/car tools/sim/course tools/sim/sensors
 tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/diagnostics/kinds.hpp"
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/math/median.hpp"

@@ -86,8 +86,8 @@ def build(numbers, prefixes, jobs):
     query.touch()
     while True:
         copy(numbers)
-        subprocess.run(["cmake", "--preset", "release", "-DODOMD_TESTS=ON", "-DODOMD_REBUILD_FAST=ON"], cwd=COPY,
-                       stdout=subprocess.DEVNULL, check=True)
+        subprocess.run(["cmake", "--preset", "release", "-DODOMD_TESTS=ON", "-DODOMD_REBUILD_FAST=ON",
+                        "-DODOMD_UNITY=OFF"], cwd=COPY, stdout=subprocess.DEVNULL, check=True)
         targets = sorted({name for prefix in prefixes for name in programs(prefix)})
         print(f"builds {len(numbers)} mutants into {', '.join(targets)}", file=sys.stderr)
         done = subprocess.run(["ninja", "-C", BUILD, "-k", "0", f"-j{jobs}", *targets], capture_output=True, text=True,

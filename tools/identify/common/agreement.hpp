@@ -82,7 +82,7 @@ struct AgreementOptions {
 /// order; without poses, only gyro and steering are compared.
 ///
 /// Reports the first of: no pose was taken during the log; poses in other units
-/// (trajectory_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
+/// (replay_checks.hpp); yaw_rate or steering turns the other way; the poses' turns differ from
 /// the gyro's, or are more than 0.15 s before or after it (unless UnrelatedPoses::accept); yaw_rate
 /// or a wheel is off by a factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering);
 /// a wheel runs backwards. Later ones may be consequences of earlier ones.

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/seconds.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/math/random.hpp"
 #include "tools/sim/car/parameters.hpp"
@@ -18,9 +19,6 @@
 
 namespace odomd::sim {
 
-[[nodiscard]] inline double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 [[nodiscard]] inline std::int64_t nanoseconds(double s) {
   return std::llround(1e9 * s);
 }
