@@ -96,12 +96,12 @@ children=()
 # The same drive without the camera, for comparison.
 cp "$run"/drive/{drive.log,camera.csv,truth.csv,car.dbc,car.toml} "$out"
 odom replay --config "$run/car/car.toml" --can "$out/drive.log" --out "$out/odometry.csv" >/dev/null 2>&1
-odom evaluate --reference "$out/truth.csv" --pose "$out/pose.csv" --pose "$out/odometry.csv" --align none \
+odom evaluate --reference "$out/truth.csv" --pose "$out/odometry.csv" --pose "$out/pose.csv" --align none \
   --camera "$out/camera.csv" --picture "$out/track.png" --title "odomd, live" >"$out/evaluation.txt"
 
 # The main figures of report and status; the complete files are next to the picture.
 echo "=== report (pose: with the camera; odometry: without)"
-sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \[/p; /heading error at/p' "$out/evaluation.txt"
+sed -n '/^ .*odometry .*pose/p; /path length/p; /end error \[/p; /position rms \[/p; /heading error at/p' "$out/evaluation.txt"
 echo
 awk '/^── /{shown = $2 == "beat" || $2 == "calibration"} shown || ($1 == "source" && $2 == "state") || $1 == "camera"' "$out/status.txt" | grep . ||
   echo "demo: odom status did not show the beat; see $out/status.txt" >&2
