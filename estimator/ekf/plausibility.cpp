@@ -23,7 +23,7 @@ constexpr double fresh_s = 0.25;
 
 constexpr int most_counted = 3;
 
-constexpr double largest_change = 2.0;
+constexpr double largest_change = 2.0;  // by the share, in the unit of the value
 
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
